@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.five_bodies.contact import ANGLE, FRAME, PER_BODY, Y
-from exudyn_model.five_bodies.system import System, Torque, TurnedGuide
+from exudyn_model.five_bodies.system import System, Torque, TurnedGuide, ends
 
 Array = NDArray[np.float64]
 
@@ -91,7 +91,7 @@ def constraints(system: System, times: Array, q: Array, v: Array) -> Constraints
         x_row: dict[int, Any] = {}
         y_row: dict[int, Any] = {}
         x, y, vx, vy, ax, ay = (np.zeros(len(times)) for _ in range(6))
-        for sign, body, point in ((-1.0, pin.first, pin.first_point), (1.0, pin.second, pin.second_point)):
+        for sign, (body, point) in zip((-1.0, 1.0), ends(pin), strict=True):
             point_x, point_y, point_vx, point_vy, arm_x, arm_y = motion.point(body, point)
             x += sign * point_x
             y += sign * point_y
@@ -148,13 +148,7 @@ def _turned_guide(guide: TurnedGuide, motion: Motion) -> tuple[Any, ...]:
 
 
 def applied_forces(system: System, q: Array, v: Array) -> tuple[Array, Array, Array, Array, Array]:
-    """Return what gravity, springs and a motor's torque do in many states.
-
-    Parameters
-    ----------
-    system : System
-    q, v : ndarray, shape (3 bodies, n)
-        Coordinates and their rates.
+    """Return what gravity, springs and a motor's torque do in n states of coordinates ``q`` and rates ``v``.
 
     Returns
     -------
@@ -162,24 +156,16 @@ def applied_forces(system: System, q: Array, v: Array) -> tuple[Array, Array, Ar
         N, N m.
     tensions : ndarray, shape (springs, n)
         N.
-    stored, damped : ndarray, shape (n,)
-        Energy in all springs (J), power of their dampers (W).
-    driven : ndarray, shape (n,)
-        Power of the motor's torque, W.
+    stored, damped, driven : ndarray, shape (n,)
+        Energy in all springs (J), powers of their dampers and of the motor's torque (W).
     """
     force, motion = np.zeros_like(q), Motion(system, q, v)
     force[Y::PER_BODY] = -system.gravity * system.masses[Y::PER_BODY, None]
-    count = q.shape[1]
-    stored, damped, driven = np.zeros((3, count))
-    tensions = np.zeros((len(system.springs), count))
+    stored, damped, driven = np.zeros((3, q.shape[1]))
+    tensions = np.zeros((len(system.springs), q.shape[1]))
     for spring, tension in zip(system.springs, tensions, strict=True):
-        ends = spring.first, spring.second
-        points = [
-            motion.point(*end) for end in zip(ends, (spring.first_point, spring.second_point), strict=True)
-        ]
-        x, y, vx, vy = (
-            second - first for first, second in zip(*(point[:4] for point in points), strict=True)
-        )
+        points = [motion.point(*end) for end in ends(spring)]
+        x, y, vx, vy = (second - first for first, second in list(zip(*points, strict=True))[:4])
         length = np.hypot(x, y)
         with np.errstate(divide="ignore", invalid="ignore"):
             ux, uy = (np.where(length > 0.0, part / length, 0.0) for part in (x, y))
@@ -187,7 +173,7 @@ def applied_forces(system: System, q: Array, v: Array) -> tuple[Array, Array, Ar
         tension += spring.stiffness * extension + spring.damping * rate
         stored += 0.5 * spring.stiffness * extension**2
         damped += spring.damping * rate**2
-        for sign, body, (*_, arm_x, arm_y) in zip((1.0, -1.0), ends, points, strict=True):
+        for sign, (body, _), (*_, arm_x, arm_y) in zip((1.0, -1.0), ends(spring), points, strict=True):
             if body != FRAME:
                 own = PER_BODY * body
                 force[own : own + PER_BODY] += sign * tension * np.array([ux, uy, arm_x * uy - arm_y * ux])

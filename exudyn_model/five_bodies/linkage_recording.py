@@ -80,10 +80,8 @@ class LinkageRecorder(BodiesRecorder):
         left = last / (before - last) * step if last < before else math.inf
         if left <= _AHEAD * step and last < 0.3 * self._start:
             self._end(self.time + 0.5 * left)
-        self.ending = self.ending or (
-            "newton-failed",
-            "lower solver.exudyn.step, or raise solver.exudyn.tolerance",
-        )
+        advice = "lower solver.exudyn.step, or raise solver.exudyn.tolerance"
+        self.ending = self.ending or ("newton-failed", advice)
 
     def invariants(self) -> tuple[dict[str, dict[str, Any]], str]:
         """Return invariants and the worst violation, as ``invariants.judge_run`` does."""
@@ -162,7 +160,7 @@ class LinkageRecorder(BodiesRecorder):
     def _end(self, time: float) -> None:
         if self.ending:
             return
-        reason = f"singular position at t = {time:.4g} s: the linkage loses its rank"
+        reason = f"singular position at t = {time:.6g} s: the linkage loses its rank"
         self.ending = "singular", f"{reason}; end before it, or start elsewhere"
 
     def _singular_values(self, joints: Constraints, states: Iterable[int]) -> list[float]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from exudyn_model.five_bodies.balance import Constraints, Motion, constraints
 from exudyn_model.five_bodies.contact import ANGLE, FRAME, PER_BODY, Y
 from exudyn_model.five_bodies.settings import ROUND_OFF, Settings
-from exudyn_model.five_bodies.system import Body, Drive, Pin, Spring, System, Torque, TurnedGuide
+from exudyn_model.five_bodies.system import Body, Drive, Pin, Spring, System, Torque, TurnedGuide, ends
 from exudyn_model.parameters import METHODS, read_load
 from exudyn_model.workpiece import workpiece_array, workpiece_force
 
@@ -45,7 +45,7 @@ def read_linkage(scene: Mapping[str, Any]) -> Linkage:
     ValueError
         If this model does not simulate it; one line that begins with the key.
     """
-    bodies, gravity = scene["body"], float(scene.get("environment", {}).get("gravity", 0.0))
+    bodies = scene["body"]
     numbers = {"frame": FRAME} | {name: number for number, name in enumerate(bodies)}
 
     def point(body: str, at: Any) -> tuple[int, tuple[float, float]]:
@@ -53,14 +53,14 @@ def read_linkage(scene: Mapping[str, Any]) -> Linkage:
         origin = (0.0, 0.0) if body == "frame" else bodies[body]["centroid"]
         return numbers[body], (float(at[0] - origin[0]), float(at[1] - origin[1]))
 
-    def ends(table: Mapping[str, Any]) -> tuple[Any, ...]:
+    def joined(table: Mapping[str, Any]) -> tuple[Any, ...]:
         """Return numbers and points of what a pin or a spring joins."""
-        joined: tuple[Any, ...] = ()
+        parts: tuple[Any, ...] = ()
         for body, _, name in (join.partition(".") for join in table["joins"]):
             fixed = table.get("point", (0.0, 0.0))
             own = {} if body == "frame" else {"centroid": bodies[body]["centroid"]} | bodies[body]["points"]
-            joined += point(body, own.get(name, fixed))
-        return joined
+            parts += point(body, own.get(name, fixed))
+        return parts
 
     guides = []
     for name, table in scene.get("guide", {}).items():
@@ -70,22 +70,20 @@ def read_linkage(scene: Mapping[str, Any]) -> Linkage:
         guides.append(TurnedGuide(name, numbers[table["body"]], *on, *angles))
     springs = [
         Spring(
-            name, *ends(table), *(float(table.get(key, 0.0)) for key in ("stiffness", "length", "damping"))
+            name, *joined(table), *(float(table.get(key, 0.0)) for key in ("stiffness", "length", "damping"))
         )
         for name, table in scene.get("spring", {}).items()
     ]
     load = read_load(scene) if scene.get("load") else None
+    rest = (0.0, 0.0, 0.0)
     system = System(
-        [
-            Body(float(table["mass"]), float(table["inertia"]), *2 * ((0.0, 0.0, 0.0),))
-            for table in bodies.values()
-        ],
-        [Pin(name, *ends(table)) for name, table in scene.get("pin", {}).items()],
+        [Body(float(table["mass"]), float(table["inertia"]), rest, rest) for table in bodies.values()],
+        [Pin(name, *joined(table)) for name, table in scene.get("pin", {}).items()],
         guides=[],
         contacts=[],
         drive=_drive(scene.get("drive", {}), numbers),
         observed=numbers[scene["load"]["body"]] if load is not None else 0,
-        gravity=gravity,
+        gravity=float(scene.get("environment", {}).get("gravity", 0.0)),
         load=load,
         turned_guides=guides,
         springs=springs,
@@ -109,21 +107,14 @@ def _forces(system: System) -> dict[str, float]:
     start = np.array([body.position for body in system.bodies]).reshape(-1, 1)
     motion = Motion(system, start, 0.0 * start)
     for spring in system.springs:
-        (x, y, *_), (other_x, other_y, *_) = (
-            motion.point(spring.first, spring.first_point),
-            motion.point(spring.second, spring.second_point),
-        )
+        (x, y, *_), (other_x, other_y, *_) = (motion.point(*end) for end in ends(spring))
         if spring.length > 0.0 and not np.hypot(x - other_x, y - other_y) > 0.0:
-            raise ValueError(
-                f"spring.{spring.name}: its points coincide at the start: it has no direction there"
-            )
+            raise ValueError(f"spring.{spring.name}: its points coincide at the start, without a direction")
     if system.load is None:
         return {}
     force = workpiece_force(system.bodies[system.observed].position[Y], workpiece_array(system.load))[0]
     if not math.isfinite(force):
-        raise ValueError(
-            f"load.surface = {system.load.surface} m: the workpiece's force overflows at the start"
-        )
+        raise ValueError(f"load.surface = {system.load.surface} m: its force overflows at the start")
     return {"load_at_start": force}
 
 
@@ -174,9 +165,8 @@ def _assembled(system: System, numbers: Mapping[str, int], scene: Mapping[str, A
     at_rest = not rates and driven < 0
     if len(others) != free or not (len(rates) == free or at_rest):
         counts = free + (driven >= 0), free, len(positions), len(rates)
-        texts = [
-            f"{n} {name}{'s' * (n != 1)}" for n, name in zip(counts, 2 * ["position", "rate"], strict=True)
-        ]
+        names = 2 * ["position", "rate"]
+        texts = [f"{n} {name}{'s' * (n != 1)}" for n, name in zip(counts, names, strict=True)]
         raise ValueError("initial: the linkage needs {} and {}, {} and {} are given".format(*texts))
     if assembled is None:
         raise refusal
@@ -203,10 +193,10 @@ def _started(system: System, q: Array, v: Array) -> System:
 def _newton(system: System, q: Array, chosen: dict[int, float], size: float) -> Array | None:
     """Solve the constraints and the chosen coordinates' values for all coordinates; None: without success.
 
-    Positions follow the angles first. Rows may be dependent, of which only the rank says.
+    Rows may be dependent, of which only the rank says; angles change by half a radian at most.
     """
     q, last, scales = q.copy(), math.inf, np.where(np.arange(q.size) % PER_BODY == ANGLE, 1.0, size)
-    for iteration in range(_ITERATIONS):
+    for _ in range(_ITERATIONS):
         joints = constraints(system, np.zeros(1), q[:, None], 0.0 * q[:, None])
         gaps = np.append(joints.gaps[:, 0], q[[*chosen]] - [*chosen.values()])
         largest = float(np.abs(gaps).max(initial=0.0))
@@ -214,7 +204,6 @@ def _newton(system: System, q: Array, chosen: dict[int, float], size: float) -> 
             return q
         last = largest
         rows = np.vstack([scaled(joints, 0, q.size, 1.0), np.eye(q.size)[[*chosen]]]) * scales
-        rows[:, ANGLE::PER_BODY] *= iteration > 0
         change = np.linalg.lstsq(rows, -gaps, rcond=None)[0]
         q += scales * change / max(1.0, 2.0 * float(np.abs(change[ANGLE::PER_BODY]).max()))
     return None

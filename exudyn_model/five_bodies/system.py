@@ -96,6 +96,11 @@ class Spring(NamedTuple):
     damping: float
 
 
+def ends(joint: Pin | Spring) -> tuple[tuple[int, tuple[float, float]], ...]:
+    """Return number and point of either body that a pin or a spring joins."""
+    return (joint.first, joint.first_point), (joint.second, joint.second_point)
+
+
 class SliderContact(NamedTuple):
     """A rectangular body with clearance in a straight guide."""
 
@@ -278,12 +283,9 @@ def build(system: System, step: float) -> Model:
         carrier = ground if body_number == FRAME else objects[body_number]
         return mbs.AddMarker(kind(bodyNumber=carrier, localPosition=[*point, 0.0]))
 
-    def ends(joint: Pin | Spring) -> list[Any]:
-        points = (joint.first, joint.first_point), (joint.second, joint.second_point)
-        return [add_marker(MarkerBodyPosition, *point) for point in points]
-
     for pin in system.pins:
-        mbs.AddObject(ObjectJointRevolute2D(name=pin.name, markerNumbers=ends(pin)))
+        markers = [add_marker(MarkerBodyPosition, *end) for end in ends(pin)]
+        mbs.AddObject(ObjectJointRevolute2D(name=pin.name, markerNumbers=markers))
     fixed = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=ground_node, coordinate=0))
     for number, (coordinate, value, rate) in enumerate(system.prescribed):
         body_number, axis = divmod(coordinate, PER_BODY)
@@ -306,7 +308,7 @@ def build(system: System, step: float) -> Model:
     for spring in system.springs:
         mbs.AddObject(
             ObjectConnectorSpringDamper(
-                markerNumbers=ends(spring),
+                markerNumbers=[add_marker(MarkerBodyPosition, *end) for end in ends(spring)],
                 referenceLength=spring.length,
                 stiffness=spring.stiffness,
                 damping=spring.damping,

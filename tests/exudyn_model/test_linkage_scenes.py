@@ -500,6 +500,15 @@ def test_a_drive_stops_at_a_toggle_and_at_a_change_point(make, exact, step):
     assert at == pytest.approx(exact, abs=6e-4)
 
 
+@pytest.mark.parametrize(
+    ("data", "step"), [(rotor({"torque": 0.1}, "auto"), 1.5e-5), (four_bar("auto"), 0.4 / 50_000)]
+)
+def test_the_usual_step_divides_a_run_or_a_turn_of_the_drive(data, step):
+    settings = run(data).provenance["settings"]
+    assert settings["step_used"] == pytest.approx(step, rel=1e-3)  # it also divides the sample interval
+    assert settings["method"] == "trapezoidal-index2"
+
+
 # ------------------------------------------------------------------ starts and refusals
 
 
