@@ -40,7 +40,7 @@ class Key(NamedTuple):
 @cache
 def scene_keys(schema: type[BaseModel] = SceneKeys) -> list[Key]:
     """Return all keys of a scene in the order of the schema, of a linkage those of each NAME."""
-    base: dict[str, Any] = {}
+    base: dict[str, Any] = {"solver": {"exudyn": {"step": None}}}  # of a linkage it follows from the duration
     if schema is SceneKeys:
         text = files("comparison.scene.shipped").joinpath("paper.toml").read_text("utf-8")
         base = SceneKeys.model_validate(tomllib.loads(text)).model_dump(exclude={"scene"})
