@@ -59,7 +59,7 @@ def expected(scene: Scene, model: str) -> Expected:
 
     Of the settings on record, error is that of the next coarser one, cost that of the nearest.
     """
-    if model not in OWN:
+    if model not in OWN or scene.is_linkage:
         return Expected()
     same, name = _same_physics(scene), formulation(scene, model)
     measured_on = same or MOST_LIKE[scene.loose]
@@ -289,13 +289,18 @@ class Plan:
     contacts: tuple[str, ...]  # those that are possible
     load: str  # empty without one
     left_out: tuple[tuple[str, str], ...]  # not modelled, or not computed, and why
-    expected: Expected
+    expected: Expected | None  # None for a linkage: sixbar validate shows its error
     instead: tuple[tuple[str, str, float], ...]  # other formulations: setting, name, ratio of their time
 
 
 def plan(scene: Scene, model: str) -> Plan:
     """Return a model's plan of a scene; `EngineError` for a model that declares none."""
     own, known = plan_of(model, scene.data), expected(scene, model)
+    if scene.is_linkage:
+        sizes, left = (own["coordinates"], own["constraints"]), (("tight tier", "it is the press's"),)
+        beside = " besides the drive" if "speed_rpm" in scene.data["drive"] else ""
+        note = f"degrees of freedom{beside}: {own['freedom']}"
+        return Plan(model, own["formulation"], tuple(own["bodies"]), (), *sizes, note, (), "", left, None, ())
     key, instead = f"solver.{model}.formulation", []
     for name in formulations(model, scene.data):
         other = scene.variant({key: name})  # at the scene's settings of that formulation

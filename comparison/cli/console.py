@@ -279,8 +279,9 @@ def option(metavar: str | None, text: str, *names: str, **more: Any) -> Any:
 def scene_names() -> list[str]:
     """Return the names of the shipped scenes, for the shell's completion."""
     from comparison.scene import shipped_scenes
+    from comparison.scene.loading import shipped_linkages
 
-    return shipped_scenes()
+    return [*shipped_scenes(), *shipped_linkages()]
 
 
 def check_positive(name: str, value: float | None) -> None:

@@ -13,26 +13,30 @@ from comparison.cli.console import columns, print_json, say, say_wrapped, warn, 
 def scenes(json: console.AsJson = False) -> int:
     """List the shipped scenes."""
     from comparison.scene import load_scene, shipped_scenes
+    from comparison.scene.loading import shipped_linkages
 
+    linkages = [*map(load_scene, shipped_linkages())]
     listed = [
         {
             "name": scene.name,
             "title": scene.title,
             "description": scene.description,
-            "speed_rpm": scene.data["drive"]["speed_rpm"],
-            "cycles": scene.data["drive"]["cycles"],
+            "speed_rpm": scene.data["drive"].get("speed_rpm"),
+            "cycles": scene.data["drive"].get("cycles"),
             "clearance": {joint: scene.clearance(joint) for joint in reversed(scene.loose)},
             "hash": scene.hash,
         }
-        for scene in map(load_scene, shipped_scenes())
+        for scene in (*map(load_scene, shipped_scenes()), *linkages)
     ]
     if json:
         return print_json(listed)
     rows = [("scene", "speed", "clearance", "title")]
-    for scene in listed:
+    for scene in listed[: -len(linkages)]:
         sizes = " + ".join(f"{size * 1e3:g} mm" for size in scene["clearance"].values())
         rows.append((scene["name"], f"{scene['speed_rpm']:g} rpm", sizes or "none", scene["title"]))
     say(*columns(rows, right=(1,)))
+    others = [(scene.name, f"{scene.duration:g} s", scene.title) for scene in linkages]
+    say("", *columns([("linkage", "time", "title"), *others], right=(1,)))
     return 0
 
 
@@ -48,10 +52,11 @@ def channels(
     """
     from comparison.scene import load_scene
     from comparison.tables.channels import channels as all_channels
-    from comparison.tables.channels import expected
+    from comparison.tables.channels import expected, linkage_channels
 
-    known = all_channels()
-    listed = [known[name] for name in (known if scene is None else expected(load_scene(scene).data))]
+    data = None if scene is None else load_scene(scene).data
+    known = all_channels() | linkage_channels(data or {})
+    listed = [known[name] for name in (known if data is None else expected(data))]
     if json:
         return print_json([vars(channel) for channel in listed])
     rows = [("channel", "unit", "group", "quantity")]
@@ -86,6 +91,7 @@ def plan(scene: console.SceneName, overrides: console.Overrides = None, json: co
 
 def keys(
     pattern: Annotated[str | None, typer.Argument(metavar="PATTERN", hidden=True)] = None,
+    linkage: Annotated[bool, console.option(None, "Keys of a linkage of your own.", "--linkage")] = False,
     json: console.AsJson = False,
 ) -> int:
     """List the keys of a scene: default, unit, description, bounds, source.
@@ -96,12 +102,14 @@ def keys(
     """
     from comparison.scene import SceneError
     from comparison.scene.keys import did_you_mean, readable, scene_keys
+    from comparison.scene.linkage import LinkageKeys
+    from comparison.scene.schema import SceneKeys
 
-    wanted = (pattern or "").lower()
-    listed = [key for key in scene_keys() if wanted in f"{key.name}\n{key.description}".lower()]
+    schema, wanted = LinkageKeys if linkage else SceneKeys, (pattern or "").lower()
+    listed = [key for key in scene_keys(schema) if wanted in f"{key.name}\n{key.description}".lower()]
     if not listed:
         raise SceneError(
-            f"no key of a scene has {pattern!r} in its name or description{did_you_mean(wanted)}"
+            f"no key of a scene has {pattern!r} in its name or description{did_you_mean(wanted, schema)}"
         )
     if json:
         return print_json([key._asdict() for key in listed])

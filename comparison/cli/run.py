@@ -79,6 +79,8 @@ def run(
         out = check_file(out)
         named = {} if formulation is None else {f"solver.{model}.formulation": formulation}
         loaded = with_declared(load_scene(scene, parse_set(overrides or []) | named), [model])
+        if check or accuracy is not None:
+            loaded.require_press("an accuracy")
         estimated, chosen, record = check or accuracy not in (None, *NAMES), loaded, {}
         if estimated:
             from comparison.accuracy.refine import accurate_run, expected_cost  # they load scipy
@@ -157,6 +159,7 @@ def settings(
     if out is not None:
         out = console.check_output(out, ".svg")
     loaded = load_scene(scene, parse_set(overrides or []))
+    loaded.require_press("the search for settings")
     warn(loaded.warnings)
     with progress(f"settings of {loaded.name}", quiet=quiet) as report:
         measured = work_precision(
@@ -243,6 +246,7 @@ def animate(
     known = first.scene if scene is None else load_scene(scene)
     if known is None:
         raise TableError(f"{label}: no valid scene is recorded beside the table; name it by --scene")
+    known.require_press("the animation")
     title = f"Animation of {' and '.join(read)}"
     say(str(write_animation(read, known.data, path, title=title, command=command)))
     return 0

@@ -143,6 +143,7 @@ def sweep(options: Sweep) -> int:
     from comparison.scene import load_scene, parse_set
     from comparison.studies.sweep import USUAL, SweepError, chosen_points, on_cluster
     from comparison.studies.sweep import sweep as run_sweep
+    from comparison.tables.channels import linkage_channels
 
     models = [name.strip() for name in options.model.split(",")]
     try:
@@ -152,7 +153,8 @@ def sweep(options: Sweep) -> int:
         jobs, scheduler = options.jobs or cpus(), options.scheduler
         spread = on_processes(jobs) if scheduler is None else on_cluster(scheduler)
         with progress(f"sweep of {base.name}", quiet=options.quiet) as report:
-            path, failed = run_sweep(base, chosen, models, options.output or USUAL, folder, spread, report)
+            asked = options.output or [f"max:{name}" for name in linkage_channels(base.data)] or USUAL
+            path, failed = run_sweep(base, chosen, models, asked, folder, spread, report)
     except SweepError as error:
         raise typer.BadParameter(str(error)) from error
     if failed:

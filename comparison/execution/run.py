@@ -39,7 +39,7 @@ class Job:
     @property
     def cost(self) -> float:
         """Expected time, s, roughly: it orders the runs and weighs their progress."""
-        cycles = float(self.scene.data["drive"]["cycles"])
+        cycles = float(self.scene.data["drive"].get("cycles", 1.0))
         own = self.scene.data["solver"][self.model] if self.model in OWN else {}
         if self.model == "reference":
             return float(cycles * 10 ** (-log10(own["tolerance"]) / 8 - 3))
@@ -304,7 +304,8 @@ def energy_share(table: Table) -> float:
     """Return the largest spurious energy over the dissipated, else over the kinetic; nan if not recorded."""
     if "energy_residual" not in table.names or not len(table.time):
         return nan
-    lost = float((table.values("energy_damping") + table.values("energy_friction"))[-1])
+    losses = [name for name in ("energy_damping", "energy_friction") if name in table.names]
+    lost = float(sum(table.values(name)[-1] for name in losses))
     base = lost if lost > 0.0 else float(table.values("energy_kinetic").max())
     return float(np.abs(table.values("energy_residual")).max()) / base if base > 0.0 else nan
 

@@ -31,7 +31,7 @@ from comparison.regression.record import (
     settings,
 )
 from comparison.scene import Scene
-from comparison.tables.channels import Channel, channels
+from comparison.tables.channels import Channel
 from comparison.tables.table import Table
 
 COUNTERS_ELSEWHERE = 0.05
@@ -182,11 +182,12 @@ def _changes(record: RunRecord, job: Job, table: Table, *, exact: bool) -> dict[
         elif name in record.unpredictable:
             findings[name] = Kind.UNPREDICTABLE, {}
         elif name in record.channels:
-            findings[name] = _moved(channels()[name], record.channels[name], table, job.scene)
+            findings[name] = _moved(table.known[name], record.channels[name], table, job.scene)
         else:
             extent = float(np.ptp(table.values(name)))
-            still = extent < channels()[name].floor
-            findings[name] = _NOTHING if still else (Kind.EXCITED, {"extent": extent})
+            floor, unit = table.known[name].floor, table.known[name].unit
+            numbers = {"extent": extent, "floor": floor, "unit": unit}
+            findings[name] = _NOTHING if extent < floor else (Kind.EXCITED, numbers)
     return findings
 
 
@@ -216,6 +217,7 @@ def _moved(channel: Channel, points: Sequence[Checkpoint], table: Table, scene: 
     extent = float(max(np.ptp(curve), np.ptp(before)))
     shares = [scaled(float(off[n]), channel.scale_value(scene.data, extent)) for n in (first, largest)]
     numbers |= {"share": shares[0], "largest": shares[1], "peak": float(time[largest])}
+    numbers["unit"] = channel.unit
     numbers |= {"count": int(outside.sum()), "points": len(points)}
     rows = np.column_stack([time, before, threshold, value])
     return Kind.MOVED, numbers | {"rows": rows, "curve": (table.time, curve)}

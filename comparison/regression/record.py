@@ -40,7 +40,8 @@ from comparison.files import contents, reading, write_text
 from comparison.models import MODELS, platform_name, smallest, versions
 from comparison.scene import Scene, digest, load_scene, shipped_scenes
 from comparison.scene.keys import explain, toml
-from comparison.tables.channels import Array, BoolArray, channels, expected
+from comparison.scene.loading import shipped_linkages
+from comparison.tables.channels import Array, BoolArray, expected
 from comparison.tables.table import Table
 
 Finite = Annotated[float, Field(allow_inf_nan=False, strict=True)]
@@ -150,7 +151,7 @@ def physics_hash(scene: Scene) -> str:
 
 def source(scene: Scene, folder: Path) -> str:
     """Return where to find a scene again: its shipped name, or its path relative to a folder."""
-    if scene.source in shipped_scenes():
+    if scene.source in (*shipped_scenes(), *shipped_linkages()):
         return scene.source
     return Path(os.path.relpath(Path(scene.source).expanduser(), folder)).as_posix()
 
@@ -159,7 +160,7 @@ def scenes_of(baseline: Baseline, folder: Path) -> tuple[list[Scene], list[str]]
     """Load the scenes of a baseline in a folder; the second list names those that no longer exist."""
     scenes, gone = [], []
     for name, scene in baseline.scenes.items():
-        if scene.source in shipped_scenes():
+        if scene.source in (*shipped_scenes(), *shipped_linkages()):
             scenes.append(load_scene(scene.source))
         elif (folder / scene.source).is_file():
             scenes.append(load_scene(folder / scene.source))
@@ -184,7 +185,8 @@ def write(baseline: Baseline, path: Path) -> Path:
                     lines.append(f"{key} = {toml(value)}")
             lines.append(f"\n[{section}.{model}.{tier}.channels]")
             for channel, points in run.channels.items():
-                lines += [f"{channel} = [", *(f"  {toml([*point])}," for point in points), "]"]
+                key = channel if channel.isidentifier() else toml(channel)  # a dot would make a table
+                lines += [f"{key} = [", *(f"  {toml([*point])}," for point in points), "]"]
     write_text("\n".join(lines) + "\n", path)
     return path
 
@@ -194,6 +196,8 @@ def write(baseline: Baseline, path: Path) -> Path:
 
 def gated_runs(scene: Scene) -> dict[Which, Job]:
     """Return the runs of a scene that have a baseline."""
+    if scene.is_linkage:
+        return {(model, "standard"): Job(scene, model) for model in MODELS}
     closest = tight(scene, MODELS)
     assert closest is not None  # both models are ours
     jobs = {("reference", "tight"): Job(closest, "reference"), ("exudyn", "standard"): Job(scene, "exudyn")}
@@ -235,7 +239,7 @@ def record(runs: Runs, gated: Job, tier: str, neighbours: Sequence[Table] = ()) 
     predictable: dict[str, BoolArray] = {}
     checkpoints, unexcited, unpredictable = {}, [], []
     for name in expected(scene.data):  # positions come before what follows from them
-        channel, values = channels()[name], table.values(name)
+        channel, values = table.known[name], table.values(name)
         u = model_uncertainty(runs, name, scene.period)
         assert u is not None  # every model of ours can be refined
         u = np.maximum(u, scatter(gated, table, neighbours, name))

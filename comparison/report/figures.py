@@ -18,7 +18,7 @@ from comparison.models import MODELS
 from comparison.reliability.assessment import Difference
 from comparison.report import svg
 from comparison.report.plots import Line, common_extremes, guide_of, least_range, scene_lines, table_line
-from comparison.tables.channels import UNCERTAINTY, channels
+from comparison.tables.channels import UNCERTAINTY
 from comparison.tables.table import Table, TableError
 from comparison.verdict.results import ChannelComparison, SceneComparison
 from comparison.words.verdicts import threshold_name
@@ -156,8 +156,8 @@ def _panel(panel: Axes, name: str, tables: Mapping[str, Table], span: tuple[floa
     for label, table in tables.items():
         if name not in table.frame:
             raise TableError(f"{label}: channel {name!r} is missing; it has {', '.join(table.channels)}")
-    known = channels().get(name.removesuffix(UNCERTAINTY))
-    known_scene = next(iter(tables.values())).scene
+    first = next(iter(tables.values()))
+    known, known_scene = first.known.get(name.removesuffix(UNCERTAINTY)), first.scene
     scene = None if known_scene is None else known_scene.data
     title = known.label.replace(", ", ",\n") if known else name
     if known and known.name != name:
@@ -165,7 +165,7 @@ def _panel(panel: Axes, name: str, tables: Mapping[str, Table], span: tuple[floa
     if zero := guide_of(name, scene):
         title = "slider x − guide"
     curves = [table_line(table, name).within(*span).less(zero) for table in tables.values()]
-    least = least_range(channels().get(name), scene, common_extremes(curves))
+    least = least_range(first.known.get(name), scene, common_extremes(curves))
     factor = _curves(panel, curves, title, known.unit if known else "", least, _COLUMNS)
     for table, style in zip(tables.values(), svg.MODEL_LINES, strict=False):
         if name + UNCERTAINTY in table.frame:

@@ -13,7 +13,7 @@ from contextlib import suppress
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from itertools import count
-from math import isnan, radians, sqrt
+from math import degrees, isnan, radians, sqrt
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -191,6 +191,58 @@ def schematic(scene: Mapping[str, Any] | None) -> dict[str, Any] | None:
     }
 
 
+def linkage_drawing(scene: SceneComparison) -> dict[str, Any] | None:
+    """Draw a linkage at its start, from the motion of the first model; None of anything else.
+
+    Every body is drawn in its own frame, from the centroid, so that the script moves it as a whole.
+    """
+    if scene.ran is None or not scene.ran.is_linkage or not scene.channels:
+        return None
+    data = scene.ran.data
+    joints = [*data["pin"].values(), *data["spring"].values()]
+    fixed = [complex(*joint["point"]) for joint in joints if joint["joins"][0] == "frame"]
+    outlines, motion, start = {"frame": fixed}, [np.array(fixed)], {"frame": [0.0, 0.0, 0.0]}
+    own = {
+        "frame.": 0j
+    }  # points of the bodies in their own frames, from the centroid; "BODY." is their origin
+    for name, body in data["body"].items():
+        centroid = complex(*body["centroid"])
+        outlines[name] = [complex(*point) - centroid for point in body["points"].values()]
+        own |= dict(zip([f"{name}.{point}" for point in body["points"]], outlines[name], strict=True))
+        own |= {f"{name}.": -centroid, f"{name}.centroid": 0j}
+        x, y, angle = (scene.channels[f"{name}.{quantity}"].a for quantity in ("x", "y", "angle"))
+        motion += [x + 1j * y + point * np.exp(1j * angle) for point in (0.0, *outlines[name])]
+        start[name] = [float(x[0]), float(y[0]), float(angle[0])]
+    every = np.concatenate(motion)
+    width, height = (float(np.ptp(part)) or 1e-9 for part in (every.real, every.imag))
+    scale = min(560.0 / width, 270.0 / height)
+    left, top = 20.0 - scale * float(every.real.min()), 36.0 + scale * float(every.imag.max())
+    guides: dict[str, list[tuple[complex, complex]]] = {name: [] for name in start}
+    for guide in data["guide"].values():
+        middle = complex(*guide["point"]) + own[f"{guide['on']}."]
+        along = rect(max(width, height), radians(guide["direction_deg"]))
+        guides[guide["on"]].append((middle - along, middle + along))
+    springs = []
+    for spring in data["spring"].values():
+        ends = [(name, own.get(name, complex(*spring["point"]))) for name in spring["joins"]]
+        springs.append([[name.partition(".")[0], point.real, point.imag] for name, point in ends])
+    drawing = TEMPLATES.get_template("linkage.svg.j2").render(
+        places=[(name, left + scale * x, top - scale * y, -degrees(t)) for name, (x, y, t) in start.items()],
+        outlines=outlines,
+        guides=guides,
+        scale=scale,
+        sliders={guide["body"] for guide in data["guide"].values()},
+        springs=len(springs),
+    )
+    caption = f"{', '.join(data['body'])} at the start, from the run by {scene.labels[0]}."
+    return {
+        "svg": Markup(drawing.replace("\n", "")),
+        "caption": caption,
+        "alt": f"Drawing of the linkage: {caption}",
+        "geometry": {"bodies": start, "springs": springs, "view": [scale, left, top]},
+    }
+
+
 def _mm(metres: float) -> str:
     return f"{1e3 * metres:.6g}{NO_BREAK}mm"
 
@@ -270,6 +322,7 @@ def render(
         card_of=verdicts.card,
         channel_figure=channel_figure,
         schematic=schematic,
+        linkage_drawing=linkage_drawing,
         by_severity=lambda scene: sorted(scene.tiers, key=lambda tier: -rank(tier.verdict)),
         plots_of=lambda tiers: [(tier.tier, text) for tier in tiers if (text := scene_plots(tier))],
         drawn=_drawn,
@@ -454,7 +507,7 @@ def _gate_figure(check: Check, key: str) -> Markup:
     """Draw the current curve with the baseline's checkpoints, and below it their distance and threshold."""
     time, values = check.data["curve"]
     at, before, threshold, now = check.data["rows"].T
-    distance, unit = np.abs(now - before), pretty_unit(channels()[check.name].unit)
+    distance, unit = np.abs(now - before), pretty_unit(check.data["unit"])
     wide, thin = svg.MODEL_LINES
     with svg.style():
         figure = Figure(layout="constrained")

@@ -226,7 +226,8 @@ def table_plots(
         for name in names
         if all(name in table.channels for table in tables.values())
     ]
-    period = None if scene is None else 60.0 / abs(float(scene["drive"]["speed_rpm"]))
+    speed = None if scene is None else scene["drive"].get("speed_rpm")
+    period = None if speed is None else 60.0 / abs(float(speed))
     head = {"labels": list(tables), "tier": "", "period": period, "threshold": "", "first": ["slider_x"]}
     events = [table.events for table in tables.values()]
     pulses = [pulses_of(table) for table in tables.values()]

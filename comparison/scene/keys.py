@@ -18,6 +18,7 @@ import numpy as np
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
+from comparison.scene.linkage import LinkageKeys
 from comparison.scene.schema import MATERIALS, NAME, PARTNERS, SceneKeys, Source, Unit
 
 _ALIKE = 0.82
@@ -37,26 +38,32 @@ class Key(NamedTuple):
 
 
 @cache
-def scene_keys() -> list[Key]:
-    """Return all keys of a scene in the order of the schema."""
-    text = files("comparison.scene.shipped").joinpath("paper.toml").read_text("utf-8")
-    base = SceneKeys.model_validate(tomllib.loads(text)).model_dump(exclude={"scene"})
+def scene_keys(schema: type[BaseModel] = SceneKeys) -> list[Key]:
+    """Return all keys of a scene in the order of the schema, of a linkage those of each NAME."""
+    base: dict[str, Any] = {"solver": {"exudyn": {"step": None}}}  # of a linkage it follows from the duration
+    if schema is SceneKeys:
+        text = files("comparison.scene.shipped").joinpath("paper.toml").read_text("utf-8")
+        base = SceneKeys.model_validate(tomllib.loads(text)).model_dump(exclude={"scene"})
     extends = "Scene whose values hold where this one has none: a shipped name or a path."
-    return [Key("scene.extends", "", "text", None, "", extends), *_below(SceneKeys, base, "", "")]
+    return [Key("scene.extends", "", "text", None, "", extends), *_below(schema, base, "", "")]
 
 
 def _below(section: type[BaseModel], defaults: Mapping[str, Any], above: str, unit: str) -> Iterator[Key]:
     for name, field in section.model_fields.items():
         notes = list(_notes(field))
         own_unit = next((note.symbol for note in notes if isinstance(note, Unit)), unit)
-        default = defaults.get(name)
-        item = field.annotation
-        if isinstance(item, type) and issubclass(item, BaseModel):
-            yield from _below(item, default or {}, f"{above}{name}.", own_unit)
-            continue
-        sources = [note.text for note in notes if isinstance(note, Source)] or ["chosen"]
-        source = "" if default is None else sources[0]
-        yield Key(f"{above}{name}", own_unit, _bounds(notes), default, source, field.description or "")
+        default = defaults.get(name, None if field.is_required() else field.default)
+        items = (field.annotation, *get_args(field.annotation))  # a section, several by name, one or None
+        for item in items:
+            if isinstance(item, type) and issubclass(item, BaseModel):
+                below = f"{above}{name}.NAME." if dict in notes else f"{above}{name}."
+                yield from _below(item, default if isinstance(default, dict) else {}, below, own_unit)
+                break
+        else:
+            sources = [note.text for note in notes if isinstance(note, Source)] or ["chosen"]
+            source = "" if default is None else sources[0]
+            rule = _bounds(notes)
+            yield Key(f"{above}{name}", own_unit, rule, default, source, field.description or "")
 
 
 def _bounds(notes: list[Any]) -> str:
@@ -90,14 +97,21 @@ def _notes(annotation: Any) -> Iterator[Any]:
             yield from _notes(part)
 
 
-def did_you_mean(wrong: str) -> str:
+def did_you_mean(wrong: str, schema: type[BaseModel] = SceneKeys) -> str:
     """Return the end of a message on an unknown key: the known key that it resembles, if any.
 
     It is compared, in this order, with last parts in its section, ends of keys, sections (for their first
     key), keys in any order of their words and last parts of keys; else a key may contain its last part.
     """
-    names = [key.name for key in scene_keys() if key.name != wrong]
-    names += [f"{material}.{partner}" for material in MATERIALS for partner in PARTNERS]
+    names = [key.name for key in scene_keys(schema) if key.name != wrong]
+    if schema is SceneKeys:
+        names += [f"{material}.{partner}" for material in MATERIALS for partner in PARTNERS]
+    elif (table := wrong.partition(".")[0]) in set(SceneKeys.model_fields) - set(schema.model_fields):
+        return f"; {table} is for the press: a scene with [body] has none"
+    elif table not in schema.model_fields and (close := get_close_matches(table, schema.model_fields, n=1)):
+        return f"; did you mean {close[0]}?"
+    else:
+        names = [with_name(name, wrong) for name in names]
     section, _, last = wrong.rpartition(".")
     ways: list[tuple[str, Callable[[str], str]]] = [
         (last, lambda name: _last(name) if name.rpartition(".")[0] == section else ""),
@@ -112,6 +126,12 @@ def did_you_mean(wrong: str) -> str:
             return f"; did you mean {choices[close[0]]}?"
     containing = next((name for name in names if len(last) > 2 and last in name), "")
     return f"; did you mean {containing}?" if containing else "; sixbar keys lists all"
+
+
+def with_name(key: str, of: str) -> str:
+    """Return a key of a linkage with the name for its NAME that another key of the same table has."""
+    table, _, rest = of.partition(".")
+    return key.replace(f"{table}.NAME.", f"{table}.{rest.partition('.')[0]}.")
 
 
 def _last(name: str) -> str:
@@ -154,6 +174,7 @@ _RULES = {
     "string_too_short": "must not be empty",
     "string_too_long": "must have at most {max_length} characters",
     "string_pattern_mismatch": "must be letters, digits and . _ + = - only: it names files",
+    "name": "must be letters, digits, _ and - only",
     "missing": "is missing",
     "extra_forbidden": "is not a known key",
     "not_installed": "is not a known key: no model of this name is installed",
@@ -314,22 +335,25 @@ def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
     steps = [step for step in map(str, first["loc"]) if not step.startswith(("constrained-", "literal["))]
     if ".".join(steps[:2]) in MATERIALS:
         steps[2:3] = []  # the branch of the union, "number" or "partners"
+    if steps[-1:] == ["[key]"]:  # a name
+        kind, steps = "name", steps[:-1]
     if "key" in context:  # a rule of the schema is violated
         steps, value = [*steps, *context["key"].split(".")], context.get("value")
     key = ".".join(step if _PLAIN.fullmatch(step) else repr(step) for step in steps) or "the file"
     text = _RULES[kind].format(**context) if kind in _RULES else " ".join(first["msg"].split())
-    unit = _unit(steps) if schema is SceneKeys else ""
+    of_scene = schema in (SceneKeys, LinkageKeys)
+    unit = _unit(steps, schema) if of_scene else ""
     if kind == "missing":
         hint = ' (scene.extends = "paper" takes over the paper\'s numbers)' if schema is SceneKeys else ""
         return f"{key} {text}{hint}"
     if kind in ("extra_forbidden", "not_installed"):
-        if schema is SceneKeys:
+        if of_scene:
             wrong = next(iter(flat({".".join(steps): value})))
-            return f"{key} {text}{did_you_mean(wrong)}"
+            return f"{key} {text}{did_you_mean(wrong, schema)}"
         close = get_close_matches(".".join(steps), [*_names(schema)], n=1)
         return f"{key} {text}{f'; did you mean {close[0]}?' if close else ''}"
-    if schema is SceneKeys and kind.startswith("model"):  # a value where a section has to be
-        text += did_you_mean(steps[-1])
+    if of_scene and kind.startswith("model"):  # a value where a section has to be
+        text += did_you_mean(steps[-1], schema)
     number = isinstance(value, int | float) and not isinstance(value, bool)
     return f"{key} = {short(value)}{f' {unit}' if unit and number else ''} {text}"
 
@@ -351,8 +375,8 @@ def short(value: object) -> str:
     return text if len(text) <= 120 else f"{text[:80]} ... {text[-20:]}"
 
 
-def _unit(steps: Sequence[str]) -> str:
+def _unit(steps: Sequence[str], schema: type[BaseModel] = SceneKeys) -> str:
     """Return the unit of a scene's key, also of one partner's or of a value in a list; "" without one."""
-    units = {key.name: key.unit for key in scene_keys()}
+    units = {with_name(key.name, ".".join(steps)): key.unit for key in scene_keys(schema)}
     names = (".".join(steps[:count]) for count in range(len(steps), 0, -1))
     return next((units[name] for name in names if name in units), "")

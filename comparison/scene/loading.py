@@ -39,10 +39,13 @@ from comparison.scene.keys import (
     short,
     title_with,
     toml,
+    with_name,
 )
+from comparison.scene.linkage import LinkageKeys, complete
 from comparison.scene.schema import NAME, PARTNERS, Compare, Load, Reliability, SceneKeys
 
 SCENES = Path(str(files("comparison.scene.shipped")))
+LINKAGES = Path(str(files("comparison.scene.shipped.linkages")))
 BASE = "paper"
 JOINTS = ("crank_pin", "slider")
 """Joints that may have clearance."""
@@ -101,20 +104,34 @@ class Scene:
         return str(self.data["scene"]["description"])
 
     @property
+    def is_linkage(self) -> bool:
+        """Whether it is a linkage of bodies that it names itself, not the press."""
+        return "body" in self.data
+
+    @property
+    def schema(self) -> type[SceneKeys | LinkageKeys]:
+        """The keys that it may have."""
+        return LinkageKeys if self.is_linkage else SceneKeys
+
+    @property
     def period(self) -> float:
-        """Period of one crank cycle, s."""
-        return 60.0 / abs(float(self.data["drive"]["speed_rpm"]))
+        """Period of one crank cycle, s; of a linkage without a speed its duration."""
+        speed = self.data["drive"].get("speed_rpm")
+        return self.duration if speed is None else 60.0 / abs(float(speed))
 
     @property
     def duration(self) -> float:
         """Simulated time, s: that of the last sample, the cycles rounded to whole samples."""
+        if "duration" in self.data["output"]:
+            return float(self.data["output"]["duration"])
         per_cycle = self.data["output"]["samples_per_cycle"]
         return float(round(self.data["drive"]["cycles"] * per_cycle) * (self.period / per_cycle))
 
     @cached_property
     def loose(self) -> tuple[str, ...]:
         """The joints with clearance, of "crank_pin" and "slider"."""
-        return tuple(joint for joint in JOINTS if self.data["joints"][joint] == "clearance")
+        joints = self.data.get("joints", {})
+        return tuple(joint for joint in JOINTS if joints.get(joint) == "clearance")
 
     def clearance(self, joint: str) -> float:
         """Return the clearance of a joint, m; 0 where it is ideal."""
@@ -129,6 +146,11 @@ class Scene:
     def hash(self) -> str:
         """SHA-256 (hex) of all keys that can change a result: of `data` without the texts."""
         return digest({key: part for key, part in self.data.items() if key != "scene"})
+
+    def require_press(self, what: str) -> None:
+        """Raise a `SceneError` where it is a linkage, for what only the press has."""
+        if self.is_linkage:
+            raise SceneError(f"scene {self.name!r}: {what} is for the press alone, see docs/linkages.md")
 
     def with_values(self, values: Mapping[str, object]) -> Scene:
         """Return this scene with dotted keys changed, e.g. ``{"drive.speed_rpm": 210}``.
@@ -150,6 +172,11 @@ class Scene:
 def shipped_scenes() -> list[str]:
     """Return the names of the shipped scenes, sorted; the base scene that they extend is not one of them."""
     return sorted(path.stem for path in SCENES.glob("*.toml") if path.stem != BASE)
+
+
+def shipped_linkages() -> list[str]:
+    """Return the names of the shipped linkages that are not the press, sorted."""
+    return sorted(path.stem for path in LINKAGES.glob("*.toml"))
 
 
 def load_scene(name_or_path: str | Path, overrides: Mapping[str, object] | None = None) -> Scene:
@@ -229,6 +256,8 @@ def _locate(name: str, folder: Path, wanted_by: str) -> Path:
     """Find the file: a shipped name first, else a path relative to ``folder``."""
     if name in (BASE, *shipped_scenes()):
         return SCENES / f"{name}.toml"
+    if name in shipped_linkages():
+        return LINKAGES / f"{name}.toml"
     try:
         path = folder / Path(name).expanduser()
         if path.is_file():
@@ -236,7 +265,7 @@ def _locate(name: str, folder: Path, wanted_by: str) -> Path:
     except (OSError, RuntimeError) as error:  # too long a name; a user who does not exist
         reason = getattr(error, "strerror", None) or "there is no such home folder"
         raise SceneError(f"scene {' '.join(wanted_by.split())!r}: {reason}") from error
-    close = difflib.get_close_matches(name, shipped_scenes(), n=1)
+    close = difflib.get_close_matches(name, [*shipped_scenes(), *shipped_linkages()], n=1)
     hint = f"did you mean {close[0]!r}?" if close else f"shipped are {', '.join(shipped_scenes())}"
     raise SceneError(f"scene {wanted_by!r}: {name!r} is neither a shipped scene nor a file; {hint}")
 
@@ -278,10 +307,13 @@ def _checked(files: dict[str, Any], overrides: dict[str, Any], source: str) -> S
     if changes and isinstance(name, str) and "scene" not in changes:  # the files' texts are of the files
         derived = {"scene.name": name_with(name, changes), "scene.title": title_with(name, changes)}
         given |= derived | {"scene.description": ""} | texts
+    schema = LinkageKeys if any(key.startswith("body.") for key in files) else SceneKeys
     try:
-        keys = SceneKeys.model_validate(nested({"scene.title": name} | given))
+        keys = schema.model_validate(nested({"scene.title": name} | given))
     except ValidationError as error:
-        raise SceneError(f"scene {short(name)}: {explain(error)}") from error
+        raise SceneError(f"scene {short(name)}: {explain(error, schema)}") from error
+    if isinstance(keys, LinkageKeys):
+        return Scene(complete(keys), files, overrides, source, keys.compare, Reliability())
     data = keys.model_dump(exclude={"compare", "reliability"})
     start, exudyn = data["initial"], data["solver"]["exudyn"]
     if start["slider_offset"] is None:
@@ -303,14 +335,22 @@ def new_scene(path: Path, source: str) -> str:
     """
     if not re.match(NAME, path.stem):
         raise SceneError(f"{path}: a scene's name must be letters, digits and . _ + = - only")
-    data: Any = load_scene(source).data
+    scene = load_scene(source)
+    data: Any = scene.data
     extends = source
-    if source not in (BASE, *shipped_scenes()):
+    if source not in (BASE, *shipped_scenes(), *shipped_linkages()):
         extends = str(Path(source).expanduser().absolute())
         with suppress(ValueError):  # on another drive
             extends = os.path.relpath(extends, path.parent.absolute())
     lines = [_HEAD, "[scene]", f"extends = {toml(Path(extends).as_posix())}", f"title = {toml(path.stem)}"]
     keys = [key for name in _SECTIONS for key in scene_keys() if key.name.startswith(f"{name}.")]
+    if scene.is_linkage:
+        keys = [
+            key._replace(name=name)
+            for name in sorted(scene.files, key=lambda name: name.rpartition(".")[0])
+            for key in scene_keys(LinkageKeys)
+            if f"{name}.".startswith(f"{with_name(key.name, name)}.") and not name.startswith("scene.")
+        ]
     for key in keys:
         section, _, own = key.name.rpartition(".")
         if f"[{section}]" not in lines:
@@ -338,6 +378,8 @@ HEAVIEST_LOAD = 1e5
 
 def implausible(scene: Scene) -> Iterator[str]:
     """Yield a line for each implausible value of a scene: key, value, unit, reason."""
+    if scene.is_linkage:
+        return
     data, joints, shortest = scene.data, scene.loose, contact_time(scene)
     exudyn = data["solver"]["exudyn"]
     gravity, friction = data["environment"]["gravity"], data["friction"]["coefficient"]
@@ -457,6 +499,8 @@ def _at_workpiece(data: Mapping[str, Any]) -> Iterator[str]:
 
 def heavy_load(data: Mapping[str, Any], forces: Mapping[str, float]) -> str:
     """Return a line if a model's forces of the workpiece (`comparison.models.check`) are absurd, else ""."""
+    if "mechanism" not in data:
+        return ""
     weight = data["mechanism"]["slider"]["mass"] * 9.81
     keys = "load.surface and load.table" if data["load"]["table"] else "load.surface, load.depth, load.force"
     for name, where in (("load_at_start", "at the start"), ("largest_load", "at bottom dead centre")):

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from math import inf, isfinite
-from typing import Annotated, Generic, Literal, Self, TypeVar
+from typing import Annotated, Any, Generic, Literal, Self, TypeVar
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
@@ -70,6 +70,16 @@ class Section(BaseModel):
     """Section of the scene file; unknown keys are rejected."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, use_attribute_docstrings=True)
+
+    @model_validator(mode="after")
+    def _check_rules(self) -> Self:
+        for key, value, text in self._violations():
+            raise PydanticCustomError("rule", "{text}", {"key": key, "value": value, "text": text})
+        return self
+
+    def _violations(self) -> Iterator[tuple[str, object, str]]:
+        """Yield key, value and rule of values that are valid by themselves and not together."""
+        return iter(())
 
 
 class Texts(Section):
@@ -357,7 +367,7 @@ class Reliability(Section):
 
 
 class SceneKeys(Section):
-    """Complete scene."""
+    """Complete scene of the press."""
 
     scene: Texts
     mechanism: Mechanism
@@ -374,12 +384,6 @@ class SceneKeys(Section):
     compare: Compare = Compare()
     reliability: Reliability = Reliability()
 
-    @model_validator(mode="after")
-    def _check_rules(self) -> Self:
-        for key, value, text in self._violations():
-            raise PydanticCustomError("rule", "{text}", {"key": key, "value": value, "text": text})
-        return self
-
     def _damping_violations(self) -> Iterator[tuple[str, object, str]]:
         contact = self.contact
         model, restitution = contact.damping_model, contact.restitution
@@ -393,7 +397,6 @@ class SceneKeys(Section):
             yield "contact.restitution", restitution, rule
 
     def _violations(self) -> Iterator[tuple[str, object, str]]:
-        """Yield key, value and rule of values that are valid by themselves and not together."""
         speed, cycles, friction = self.drive.speed_rpm, self.drive.cycles, self.friction
         if speed == 0:
             yield "drive.speed_rpm", speed, "must not be zero"
@@ -403,25 +406,6 @@ class SceneKeys(Section):
             bound = f"must be > friction.static_speed = {friction.static_speed:g} m/s"
             yield "friction.transition_speed", friction.transition_speed, bound
         yield from self._damping_violations()
-        rows = self.load.table
-        if rows and self.load.force:
-            yield "load.table", rows, f"replaces load.force = {self.load.force:g} N: set load.force = 0"
-        if rows and (rows[0] != [0.0, 0.0] or any(force < 0.0 for _, force in rows)):
-            yield "load.table", rows, "must begin with [0, 0] and contain no negative force"
-        if any(after[0] <= before[0] for before, after in pairwise(rows)):
-            yield "load.table", rows, "must have rising depths; a jump is two rows at nearly one depth"
-        if len(set(self.output.groups)) < len(self.output.groups):
-            yield "output.groups", self.output.groups, "must not contain a group twice"
-        for name, settings in (self.solver.model_extra or {}).items():
-            if name not in engine_names():
-                raise PydanticCustomError("not_installed", "", {"key": f"solver.{name}"})
-            if not isinstance(settings, dict):
-                yield f"solver.{name}", settings, "must be a section with keys of its own"
-                continue
-            for key, value in settings.items():
-                if not is_setting(value):
-                    allowed = "must be a string, a boolean or a finite number"
-                    yield f"solver.{name}.{key}", value, allowed
         for name in ("displacement", "velocity", "acceleration"):
             limits = getattr(self.reliability, name)
             if limits.lower >= limits.upper:
@@ -433,9 +417,34 @@ class SceneKeys(Section):
         if not 0.5 < samples <= MAX_SAMPLES:  # rounded: 1
             bound = f"times output.samples_per_cycle must give 1 to {MAX_SAMPLES} samples, not {samples:g}"
             yield "drive.cycles", cycles, bound
-        for key, value in _numbers(self.model_dump(exclude={"solver", "compare", "reliability"})):
-            if value and not SMALLEST <= abs(value) <= LARGEST:
-                yield key, value, f"must be 0 or between {SMALLEST:g} and {LARGEST:g}, of either sign"
+        yield from common_violations(self)
+
+
+def common_violations(keys: Any) -> Iterator[tuple[str, object, str]]:
+    """Yield key, value and rule of what any scene violates: load, groups, solvers, sizes of numbers."""
+    load = keys.load or Load()
+    rows = load.table
+    if rows and load.force:
+        yield "load.table", rows, f"replaces load.force = {load.force:g} N: set load.force = 0"
+    if rows and (rows[0] != [0.0, 0.0] or any(force < 0.0 for _, force in rows)):
+        yield "load.table", rows, "must begin with [0, 0] and contain no negative force"
+    if any(after[0] <= before[0] for before, after in pairwise(rows)):
+        yield "load.table", rows, "must have rising depths; a jump is two rows at nearly one depth"
+    if len(set(keys.output.groups)) < len(keys.output.groups):
+        yield "output.groups", keys.output.groups, "must not contain a group twice"
+    for name, settings in (keys.solver.model_extra or {}).items():
+        if name not in engine_names():
+            raise PydanticCustomError("not_installed", "", {"key": f"solver.{name}"})
+        if not isinstance(settings, dict):
+            yield f"solver.{name}", settings, "must be a section with keys of its own"
+            continue
+        for key, value in settings.items():
+            if not is_setting(value):
+                allowed = "must be a string, a boolean or a finite number"
+                yield f"solver.{name}.{key}", value, allowed
+    for key, value in _numbers(keys.model_dump(exclude={"solver", "compare", "reliability"})):
+        if value and not SMALLEST <= abs(value) <= LARGEST:
+            yield key, value, f"must be 0 or between {SMALLEST:g} and {LARGEST:g}, of either sign"
 
 
 def _numbers(values: object, key: str = "") -> Iterator[tuple[str, float]]:

@@ -27,7 +27,7 @@ from comparison.reliability.errors import slider_errors
 from comparison.scene import Scene, digest, parse_set
 from comparison.scene.keys import did_you_mean, toml
 from comparison.studies.shared.scenes import settable
-from comparison.tables.channels import channels
+from comparison.tables.channels import channels, linkage_channels
 from comparison.tables.table import Table
 
 # ---- the points
@@ -139,9 +139,10 @@ USUAL = (*(f"peak_error:{channel}" for channel in OF_ERRORS), "contacts", "impul
 PATIENCE = 10.0  # s, after which waiting for a scheduler that does not answer is stopped
 
 
-def names() -> list[str]:
-    """List every quantity of a run; no model writes channels of the crank."""
+def names(scene: Mapping[str, Any]) -> list[str]:
+    """List every quantity of a run of a scene; no model writes channels of the crank."""
     written = [name for name, channel in channels().items() if channel.group != "crank"]
+    written += linkage_channels(scene)
     return [
         *(f"{what}:{channel}" for what in OF_CHANNELS for channel in written),
         *(f"peak_error:{channel}" for channel in OF_ERRORS),
@@ -231,7 +232,7 @@ def sweep(
     once all keys and quantities are known: an unknown one is a `SweepError`, a row that cannot be stored an
     `OSError`.
     """
-    known = names()
+    known = names(base.data)
     for name in asked:
         if name not in known:
             close = get_close_matches(name, known, n=1)
@@ -240,7 +241,7 @@ def sweep(
     keys = [key for key in settable(base.data) if not key.startswith("scene.")]
     for key in dict.fromkeys(key for point in points for key in point):
         if key not in keys:
-            hint = f"is not a key of a scene{did_you_mean(key)}"
+            hint = f"is not a key of a scene{did_you_mean(key, base.schema)}"
             raise SweepError(f"sweep of scene {base.name!r}: {key!r} {hint}")
     for model in models:
         find(model)

@@ -270,12 +270,13 @@ def _definitions(
     since a cubic through both would be wrong otherwise.
     """
     defined: dict[str, Channel] = {}
+    native = {name: channel for source in sources for name, channel in source.beside.known.items()}
     for name in dict.fromkeys(name for columns in assigned for name in columns if name != TIME):
         quantity = mapping.channels.get(name, Quantity())
         where = f"{mapping.file}: channels.{name!r}"
-        if name in channels():
-            if quantity.scale is not None:
-                defined[name] = replace(channels()[name], given=quantity.scale)
+        if name in native:
+            if quantity.scale is not None or name not in channels():
+                defined[name] = replace(native[name], given=quantity.scale or native[name].given)
             continue
         stated = [
             (source.path.name, *columns[name])

@@ -92,7 +92,8 @@ def compare(
     compared = [name for name in names if only is None or name in only]
     cycle = nan if period is None else period
     if period is None and a.finer is not None:
-        moving = [name for name in compared if is_state(known[name])] or compared
+        excited = [n for n in compared if np.ptp([aligned.a[n], aligned.b[n]]) >= known[n].floor]
+        moving = [name for name in excited if is_state(known[name])] or excited or compared
         cycle = pace(aligned.time, [side[name] for name in moving for side in (aligned.a, aligned.b)])
     if other := [name for name in criteria.tolerances if name not in compared]:
         raise TableError(f"tolerances: {other[0]!r} is not among the compared channels")
@@ -199,7 +200,7 @@ def recorded_scene(a: Table, b: Table) -> tuple[Scene | None, tuple[str, ...]]:
     If they differ it is the first, or None where channels or times differ; also None without a record.
     """
     record_a, record_b = (table.provenance.get("scene") for table in (a, b))
-    if not isinstance(record_a, dict) or not isinstance(record_b, dict):
+    if not isinstance(record_a, dict) or not isinstance(record_b, dict) or "body" in record_a:
         return None, ()
     warnings: tuple[str, ...] = ()
     if changed := list(dict.fromkeys(key.partition(".")[0] for key, *_ in differing_keys(a, b))):

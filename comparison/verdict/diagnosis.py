@@ -289,7 +289,8 @@ def impact(results: Channels, tables: Tables, period: float | None) -> list[Caus
 
 
 def _exponent(table: Table) -> float:
-    return 1.5 if table.scene is None else float(table.scene.data["contact"]["exponent"])
+    scene = table.scene
+    return 1.5 if scene is None or scene.is_linkage else float(scene.data["contact"]["exponent"])
 
 
 def missing_contact(

@@ -276,6 +276,7 @@ class Pair:
     name: str
     n_jobs: int = 1
     on_progress: Progress | None = None
+    scales: Pairs[str, float | None] = field(default_factory=dict)  # of states, in place of their ranges
     _tables: dict[Run, Source | SolverError] = field(default_factory=dict)
 
     def judge(self) -> tuple[SceneComparison, tuple[ProgramRuns, ...]]:
@@ -379,7 +380,7 @@ class Pair:
         if missing and not isinstance(side.solver, Command):
             has = ", ".join(name for name in columns if not name.startswith("#"))
             raise SolverError(f"states: {missing[0]!r} is not a column of {side.label}, which has {has}")
-        scales = [ranges.get(state) or 1.0 for state in self.keys.start.states]
+        scales = [self.scales.get(s) or ranges.get(s) or 1.0 for s in self.keys.start.states]
         return tuple((shares * scales).tolist())
 
     def _columns(self, run: Run) -> dict[str, Array]:
@@ -398,12 +399,16 @@ class Pair:
             if self.on_progress:
                 self.on_progress((before + share * len(new)) / total)
 
-        dialects = [self.mapping.dialect.of("ab"[self.sides.index(run.side)]) for run in new]
-        limit, results = self.keys.limit, self._tables
-        results |= zip(new, run_sides(new, dialects, (self.n_jobs, limit), report), strict=True)
+        results = self._tables
+        results |= zip(new, self._results(new, report), strict=True)
         for run in runs if needed else ():
             if isinstance(error := results[run], SolverError):
                 raise error
+
+    def _results(self, runs: Sequence[Run], on_progress: Progress) -> list[Source | SolverError]:
+        """Return the table or the error of each run."""
+        dialects = [self.mapping.dialect.of("ab"[self.sides.index(run.side)]) for run in runs]
+        return run_sides(runs, dialects, (self.n_jobs, self.keys.limit), on_progress)
 
     def _read(self, families: Sequence[Sequence[Run]]) -> tuple[tuple[ProgramRuns, ...], tuple[str, ...]]:
         """Return the tables of runs as channels, and warnings."""

@@ -109,6 +109,7 @@ class ProgramRuns:
     coarser: Table | None = None
     perturbed: Sequence[Table] = ()
     refinement: tuple[float, float] | None = None
+    rigid: bool = False  # no start can be moved, so no motions diverge
 
     @property
     def known_refinement(self) -> tuple[float, float] | None:
@@ -199,7 +200,7 @@ def _recorded(
 ) -> ProgramRuns:
     kinds = [(kind, table) for (kind, _), table in zip(files, tables, strict=True)]
     repeats, perturbed = ([t for kind, t in kinds if kind == which] for which in ("repeat", "perturbed"))
-    one = {kind: table for kind, table in kinds if kind not in ("repeat", "perturbed")}
+    one: dict[str, Any] = {kind: table for kind, table in kinds if kind not in ("repeat", "perturbed")}
     if repeats or stated:
         if "finer" in one:
             raise TableError(f"{files[0][1]}: has a finer run, from which its error follows; state no other")
@@ -282,7 +283,7 @@ def _at_its_times(run: Table, base: Table) -> Table:
 def _assumptions(label: str, program: ProgramRuns) -> tuple[str, ...]:
     """Return a warning of what a program's uncertainty assumes in place of missing runs or orders."""
     parts = []
-    if not program.perturbed:
+    if not program.perturbed and not program.rigid:
         parts.append("without perturbed runs its uncertainty leaves out how neighbouring motions diverge")
     if program.coarser is not None and program.known_refinement is None:
         factor, order = program.runs.refinement

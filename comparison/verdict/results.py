@@ -550,8 +550,10 @@ def scene_coverage(channels: Mapping[str, ChannelComparison]) -> float:
 
 def scene_fields(scene: Scene) -> dict[str, Any]:
     """Return the fields of a comparison that its scene determines."""
-    names = ("name", "title", "description", "period")
-    return {name: getattr(scene, name) for name in names} | {"scene": scene.data}
+    names = ["name", "title", "description"]
+    if scene.is_linkage:  # judged as two solvers are
+        return {name: getattr(scene, name) for name in names}
+    return {name: getattr(scene, name) for name in (*names, "period")} | {"scene": scene.data}
 
 
 def no_comparison(

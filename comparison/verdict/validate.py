@@ -23,6 +23,7 @@ from comparison.tables.arguments import Options
 from comparison.tables.table import Table, TableError
 from comparison.verdict.channel import Criteria
 from comparison.verdict.compare import compare
+from comparison.verdict.linkage import ModelError, linkage_pair
 from comparison.verdict.refinement import settle, without_violation
 from comparison.verdict.results import SceneComparison, no_comparison
 
@@ -168,8 +169,10 @@ class Case:
         """Runs of the scene, those of other packages' models with the samples of the reliability, ideal ones.
 
         Our models run once, for both. Another package's model may lack accelerations that the scene does not
-        ask for, and chooses its times.
+        ask for, and chooses its times. A linkage has none of these: its runs follow from one another.
         """
+        if self.scene.is_linkage:
+            return {}, {}, {}
         own = {which: replace(job, dense=job.model in MODELS) for which, job in self.own.items()}
         others = [model for model in self.models if model not in MODELS]
         ideal = {
@@ -186,6 +189,8 @@ class Case:
 
     def judge(self, outcomes: Outcomes) -> Validation:
         """Compare the runs of the scene, and settle what is open with further ones."""
+        if self.scene.is_linkage:
+            return self.judge_linkage()
         scene, models = self.scene, self.models
         warnings: tuple[str, ...] = ()
         if failed := unusable(outcomes):
@@ -218,6 +223,17 @@ class Case:
         comparison = replace(settled.comparison, ran=settled.scene, closer_command=self.closer_command)
         return Validation(comparison, dict(zip(models, settled.runs, strict=True)))
 
+    def judge_linkage(self) -> Validation:
+        """Compare the runs of a linkage as those of any two solvers."""
+        try:
+            comparison, programs = linkage_pair(self.scene, self.models, self.start).judge()
+        except ModelError as error:
+            return self.failure({error.which: error.outcome}, {error.which: error.job})
+        except TableError as error:
+            return Validation(self.refused(str(error)))
+        runs = {model: program.runs for model, program in zip(self.models, programs, strict=True)}
+        return Validation(replace(comparison, command=self.command), runs)
+
     def run(self, starts: Sequence[Scene], model: str) -> list[Table]:
         """Run an ensemble; the tables of what succeeded."""
         members = self.start([Job(scene, model) for scene in starts])
@@ -229,10 +245,10 @@ class Case:
         outcomes = dict(zip(jobs, self.start(list(jobs.values())), strict=True))
         return None if unusable(outcomes) else runs_by_model(scene, self.models, outcomes)
 
-    def failure(self, failed: Outcomes) -> Validation:
+    def failure(self, failed: Outcomes, jobs: Jobs | None = None) -> Validation:
         """Report a run that did not succeed: of several the first that crashed, if one did."""
         which = next((name for name in failed if failed[name].status == "crashed"), next(iter(failed)))
-        name, outcome, job = " ".join((self.tier, *which)), failed[which], self.own[which]
+        name, outcome, job = " ".join((self.tier, *which)), failed[which], (jobs or self.own)[which]
         return Validation(
             self.refused(failure(job.model, outcome), None if outcome.status == "bad input" else job),
             crashed=outcome.status == "crashed",
@@ -248,6 +264,8 @@ class Case:
 
     def reliability(self, dense: Outcomes, ideal: Outcomes) -> ReliabilityComparison | None:
         """Compare the reliabilities of both models; a failed run for it is only reported."""
+        if self.scene.is_linkage:
+            return None
         settings, unable = self.scene.reliability, ("bad input", "unusable")
         if any(model not in MODELS and outcome.status in unable for (model, _), outcome in ideal.items()):
             return None
@@ -275,8 +293,10 @@ def _cases(
     start: Callable[[Sequence[Job]], list[Outcome]],
 ) -> list[Case]:
     """Return the cases to compare of a scene, by tier."""
+    if accuracy is not None:
+        scene.require_press("an accuracy")
     standard = with_declared(scene, models)
-    strict = tight(standard, models) if "tight" in tiers else None
+    strict = tight(standard, models) if "tight" in tiers and not scene.is_linkage else None
     if accuracy is not None:
         values: dict[str, object] = {}
         for model in models:
@@ -285,7 +305,9 @@ def _cases(
     command, closer = (
         scene.command("validate", *options(models, wanted, tiers)) for wanted in (accuracy, "strict")
     )
-    refinable = set(models) <= set(MODELS) and accuracy in (None, "draft", "standard")
+    refinable = (
+        set(models) <= set(MODELS) and not scene.is_linkage and accuracy in (None, "draft", "standard")
+    )
     cases = [Case(standard, "standard", models, start, command, closer if refinable else "")]
     return cases if strict is None else [*cases, Case(strict, "tight", models, start, command)]
 

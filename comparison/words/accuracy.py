@@ -41,11 +41,10 @@ def unmeasured(expected: Expected) -> str:
 def channels_line(scene: Scene) -> str:
     """Return a one-line summary of what a scene requests."""
     groups = ", ".join(["motion", *scene.data["output"]["groups"]])
-    cycles = scene.duration / scene.period
-    return (
-        f"{scene.name}: {cycles:g} cycles at {scene.data['drive']['speed_rpm']:g} rpm, "
-        f"{len(channels.expected(scene.data))} channels ({groups})"
-    )
+    span = f"{scene.duration:g} s"
+    if (speed := scene.data["drive"].get("speed_rpm")) is not None:
+        span = f"{scene.duration / scene.period:g} cycles at {speed:g} rpm"
+    return f"{scene.name}: {span}, {len(channels.expected(scene.data))} channels ({groups})"
 
 
 def plan_lines(plan: Plan) -> list[str]:
@@ -60,8 +59,8 @@ def plan_lines(plan: Plan) -> list[str]:
     items += [("load", plan.load)] if plan.load else []
     items += [("left out", f"{what}: {why}") for what, why in plan.left_out]
     items += [("note", plan.note)] if plan.note else []
-    items += [("error", error_of(expected))]
-    if isfinite(expected.seconds):
+    items += [("error", error_of(expected))] if expected else []
+    if expected and isfinite(expected.seconds):
         where = "" if expected.own else f", as on {expected.scene}"
         items.append(("time", f"about {expected.seconds:.2g} s{where}"))
     for setting, name, ratio in plan.instead:

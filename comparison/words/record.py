@@ -9,7 +9,6 @@ from comparison.regression.check import COUNTERS_ELSEWHERE, Check, Gate, Kind
 from comparison.reliability.assessment import Assessment, Difference
 from comparison.reliability.errors import unit_of
 from comparison.reliability.tables import TableReliability
-from comparison.tables.channels import channels
 from comparison.verdict.results import SceneComparison
 from comparison.words import differences
 from comparison.words import verdicts as words
@@ -243,11 +242,8 @@ def check_message(check: Check) -> str:
             for key, (now, before) in data["values"].items()
         )
     else:
-        channel = channels().get(name)
-        about = {"floor": channel.floor, "unit": channel.unit} if channel else {}
-        if "share" in data:
-            about["size"] = _share(data["share"])
-        text = _MESSAGES[kind].format(name=name, **about, **data)
+        size = {"size": _share(data["share"])} if "share" in data else {}
+        text = _MESSAGES[kind].format(name=name, **size, **data)
     where = "" if check.run is None else f"{_group(check)}, "
     return f"{where}scene {check.scene!r}: {text}"
 

@@ -8,7 +8,7 @@ from comparison.report.page import Row, write_animation, write_pairwise
 from comparison.scene import load_scene
 from comparison.tables.table import Table
 from comparison.tables.table_files import write
-from comparison.verdict.validate import pairs, standing
+from comparison.verdict.validate import pairs, standing, validate
 
 pytestmark = pytest.mark.browser
 
@@ -49,6 +49,25 @@ def test_the_animation_moves_drawing_cursor_and_clock_together(show, tmp_path):
     assert page.locator("button[aria-pressed=false]").inner_text() == "▶ play"
     # On a phone nothing has to be scrolled to the side.
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+def test_a_linkage_moves_with_the_cursor(show, tmp_path):
+    scene = load_scene("quick-return", {"output.samples_per_cycle": 100, "solver.exudyn.step": 2e-4})
+    (result,) = validate(scene, n_jobs=0)
+    page = show(path=result.comparison.report(tmp_path / "a.html"))
+    page.locator("canvas").first.wait_for()
+    page.focus(".plots")
+    for _ in range(5):
+        page.keyboard.press("ArrowRight")
+    page.wait_for_function("() => [...viewers.values()][0].index == 5")
+    turned = """name => document.querySelector(`[data-body=${name}]`).getAttribute("transform")
+      .match(/rotate.(.*).$/)[1]"""
+    # It starts at 0 degrees and turns counter-clockwise, which is negative in SVG.
+    assert float(page.evaluate(turned, "crank")) == pytest.approx(-5 * 3.6, abs=0.05)
+    block, rocker = (float(page.evaluate(turned, name)) for name in ("block", "rocker"))
+    assert block == pytest.approx(rocker, abs=0.05)
+    assert float(page.evaluate(turned, "ram")) == 0.0  # constant: not among the plots
+    assert page.locator(".schematic .heading").text_content() == "linkage at 0.1000 s"
 
 
 def test_three_models_are_on_common_plots(show, tmp_path):

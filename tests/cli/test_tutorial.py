@@ -53,6 +53,17 @@ def test_the_outputs_are_those_of_the_page(sixbar, monkeypatch):
     assert commands == 9
 
 
+def test_the_linkage_of_its_page_runs_as_printed(sixbar, monkeypatch):
+    monkeypatch.chdir(sixbar.folder)
+    (language, text), (_, console) = steps("linkages.md")
+    sixbar.write("bar.toml", text)
+    commands = re.findall(CONSOLE, console, re.DOTALL | re.MULTILINE)
+    for command, shown, code in commands:
+        ended = sixbar(*shlex.split(command), code=int(code or 0), COLUMNS="80")
+        require(shown, ended.err.strip() if code else ended.out)
+    assert (language, len(commands)) == ("toml", 4)
+
+
 def test_the_scene_of_its_page_is_planned_and_its_mistake_refused_as_printed(sixbar):
     blocks = dict(reversed(list(steps("scenes.md"))))  # of each language the first
     sixbar.write("aluminium.toml", blocks["toml"])

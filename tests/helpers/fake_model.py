@@ -13,7 +13,7 @@ import numpy as np
 
 GRAVITY = SimpleNamespace(
     normal=9.81, crash=1.0, refuse=2.0, fail=3.0, nan=4.0, differ=6.0, hang=7.0, lucky=10.0,
-    violate=11.0,
+    violate=11.0, singular=12.0,
 )  # fmt: skip
 MODEL = __name__.removesuffix("_model")
 
@@ -24,6 +24,8 @@ def signals(scene, error=0.0, stretch=0.0):
     ``error`` moves each by up to twice this share of its amplitude, as a numerical error would.
     ``stretch`` is an error that does not depend on settings: a difference of models.
     """
+    if "body" in scene:
+        return linkage_signals(scene, error, stretch)
     per_cycle = scene["output"]["samples_per_cycle"]
     period = 60.0 / abs(scene["drive"]["speed_rpm"])
     count = round(scene["drive"]["cycles"] * per_cycle)
@@ -66,6 +68,33 @@ def signals(scene, error=0.0, stretch=0.0):
     return columns
 
 
+def linkage_signals(scene, error, stretch):
+    """The motion of all bodies of a linkage as if each turned about the origin, from where it starts."""
+    drive, output = scene["drive"], scene["output"]
+    turn = 2 * np.pi * drive.get("cycles", 1.0)
+    t = np.linspace(0.0, output.get("duration", 1.0), output.get("samples", 1000) + 1)
+    if "speed_rpm" in drive:
+        period = 60.0 / abs(drive["speed_rpm"])
+        count = round(drive["cycles"] * output["samples_per_cycle"])
+        t = np.arange(count + 1) * (period / output["samples_per_cycle"])
+    w, columns = turn / t[-1], {"time": t}
+    for body in scene["body"]:
+        start = np.radians(scene["initial"].get(body, {}).get("angle_deg", 0.0))
+        size = (1 + stretch) + error * (1 + np.cos(w * t))
+        turned = size * np.exp(1j * (w * t + start))
+        rates = [1j * w * turned, -w * w * turned]
+        parts = {"": (turned, w * t + start), "v": (rates[0], w + 0 * t), "a": (rates[1], error * np.sin(t))}
+        for kind, (place, angle) in parts.items():
+            if kind != "a" or "accelerations" in output["groups"]:
+                name = {"": "angle", "v": "omega", "a": "alpha"}[kind]
+                columns |= {
+                    f"{body}.{kind}x": place.real,
+                    f"{body}.{kind}y": place.imag,
+                    f"{body}.{name}": angle,
+                }
+    return columns
+
+
 def sensitivity(scene):
     """An error of up to 1e-5 that depends on the direction of a start's shift: none for a perturbed run's."""
     across = abs(scene["initial"]["slider_offset"] - 5e-5)
@@ -89,9 +118,10 @@ def simulate(scene, *, progress=None):
     if progress:
         progress(0.5)
     # A journal in its bearing moves the slider; so it does in both models.
-    stretch = 1e-2 if scene["joints"]["crank_pin"] == "clearance" else 0.0
+    joints = scene.get("joints", {"crank_pin": "", "slider": ""})
+    stretch = 1e-2 if joints["crank_pin"] == "clearance" else 0.0
     # So does a guide that holds it.
-    stretch += 2e-2 if scene["joints"]["slider"] == "ideal" else 0.0
+    stretch += 2e-2 if joints["slider"] == "ideal" else 0.0
     stretch += sensitivity(scene) if gravity == GRAVITY.lucky else 0.0
     status, remedy = "success", ""
     if MODEL == "exudyn":
@@ -107,6 +137,8 @@ def simulate(scene, *, progress=None):
             case GRAVITY.violate:
                 status = "invariant-violated"
                 remedy = "open-depth: corner ul is 2e-07 m inside its wall at 0.247 s, allowed are 1e-11 m"
+            case GRAVITY.singular:
+                status, remedy = "singular", "singular position at t = 0.714 s: the linkage loses its rank"
         stretch += {GRAVITY.differ: 1e-3, GRAVITY.lucky: 3e-6}.get(gravity, 0.0)
     columns = signals(scene, error, stretch)
     if gravity == GRAVITY.nan and MODEL == "exudyn":

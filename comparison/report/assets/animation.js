@@ -6,11 +6,33 @@ function crossing([ax, ay], fromA, [bx, by], fromB, side) {
   return [ax + along * x - across * y, ay + along * y + across * x];
 }
 
+// A linkage: every body is a group, moved by its channels, or where these are constant left at its start.
+function moveBodies(viewer, figure, {bodies, springs, view: [scale, left, top]}) {
+  viewer.moved.push(({data}, index) => {
+    const value = name => data.channels.find(c => c.name === name)?.values[0][index], place = {frame: [0, 0, 0]};
+    for (const [body, start] of Object.entries(bodies))
+      place[body] = ["x", "y", "angle"].map((name, n) => value(`${body}.${name}`) ?? start[n]);
+    for (const group of figure.querySelectorAll(".member")) {
+      const [x, y, angle] = place[group.dataset.body];
+      group.setAttribute("transform", `translate(${left + scale * x} ${top - scale * y}) rotate(${-angle * 180 / Math.PI})`);
+    }
+    figure.querySelectorAll(".spring").forEach((line, n) => {
+      const ends = springs[n].map(([body, px, py]) => {
+        const [x, y, angle] = place[body], c = Math.cos(angle), s = Math.sin(angle);
+        return `${left + scale * (x + c * px - s * py)} ${top - scale * (y + s * px + c * py)}`;
+      });
+      line.setAttribute("d", `M${ends.join("L")}`);
+    });
+    figure.querySelector("text.heading").textContent = `linkage at ${data.t[index].toFixed(4)} s`;
+  });
+}
+
 function animate(viewer) {
   const figure = viewer.root.parentElement.closest("section").querySelector(".schematic[data-geometry]");
   if (!figure) return;
   const g = JSON.parse(figure.dataset.geometry), m = g.mechanism, [scale, left, top] = g.view;
   const part = name => figure.querySelector(name);
+  if (g.bodies) return moveBodies(viewer, figure, g);
   const at = ([x, y]) => [left + scale * x, top - scale * y];
   const line = (name, a, b) => {
     const [[x1, y1], [x2, y2]] = [at(a), at(b)];

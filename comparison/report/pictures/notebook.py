@@ -22,7 +22,6 @@ from comparison.report.figures import Picture, picture
 from comparison.report.plots import table_extremes
 from comparison.scene import Scene, as_scene
 from comparison.scene.keys import short
-from comparison.tables.channels import channels
 from comparison.tables.table import Table, TableError
 
 
@@ -41,7 +40,7 @@ class RunTable(Table):
         return picture(tables, names or ("slider_x",))
 
     def _repr_html_(self) -> str:
-        known = channels()
+        known = self.known
         extremes = [map(number, table_extremes(self, name)) for name in self.channels]
         rows = pd.DataFrame(extremes, columns=["smallest", "largest"])
         rows.insert(0, "channel", self.channels)

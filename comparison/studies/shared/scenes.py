@@ -13,7 +13,8 @@ from comparison.scene.schema import MATERIALS, PARTNERS
 
 def settable(data: Mapping[str, Any]) -> dict[str, Any]:
     """Return values by dotted keys, those of a contact's materials for both partners and for each."""
-    both = {key: data["contact"][key.removeprefix("contact.")] for key in MATERIALS}
+    contact = data.get("contact")
+    both = {key: contact[key.removeprefix("contact.")] for key in MATERIALS} if contact else {}
     each = {f"{key}.{partner}": value for key, value in both.items() for partner in PARTNERS}
     return each | both | flat(data)
 

@@ -1,0 +1,125 @@
+"""Judgement of two models' runs of a linkage, as of any two solvers: `comparison.verdict.pair`.
+
+Its starts are moved in what `initial` gives, which are as many values as there are degrees of freedom.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from math import degrees
+
+from comparison.accuracy.levels import coarser, finer, refinement, setting_key, thresholds
+from comparison.accuracy.refine import usable_table
+from comparison.accuracy.uncertainty import WINDOW
+from comparison.execution.run import Job, Outcome, Progress, describe
+from comparison.execution.sides import Run, Side, SolverError
+from comparison.scene import Scene
+from comparison.tables.arguments import as_source
+from comparison.tables.channels import linkage_channels
+from comparison.tables.dialect import Source
+from comparison.tables.mapping import Mapping
+from comparison.verdict.pair import Demand, Pair, PairKeys, Solver, Solvers, Start
+from comparison.verdict.recorded import ProgramRuns
+from comparison.verdict.results import SceneComparison
+
+_RATES = {"x": "vx", "y": "vy", "angle": "omega"}
+
+
+class ModelError(SolverError):
+    """Run of a model that did not succeed."""
+
+    def __init__(self, job: Job, outcome: Outcome, run: Run) -> None:
+        super().__init__(describe(job, outcome))
+        kind = "moved" if any(run.start) else {0: "base", -1: "coarser"}.get(run.level, "finer")
+        self.job, self.outcome, self.which = job, outcome, (job.model, kind)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinkagePair(Pair):
+    """Two models that run a linkage."""
+
+    scene: Scene
+    launch: Callable[[Sequence[Job]], list[Outcome]]
+
+    def job(self, run: Run) -> Job:
+        """Return the run of a model at a level, from a start that is moved in its states."""
+        scene, model = self.scene, run.side.label
+        for _ in range(abs(run.level)):
+            scene = (finer if run.level > 0 else coarser)(model, scene) or scene
+        moved = {}
+        for state, offset in zip(self.keys.start.states, run.start, strict=True):
+            if offset:
+                body, _, quantity = state.partition(".")
+                key = "angle_deg" if quantity == "angle" else quantity
+                value = scene.data["initial"].get(body, {}).get(key, 0.0)
+                moved[f"initial.{body}.{key}"] = value + (degrees(offset) if key != quantity else offset)
+        return Job(scene.variant(moved), model)
+
+    def _results(self, runs: Sequence[Run], on_progress: Progress) -> list[Source | SolverError]:
+        jobs = [self.job(run) for run in runs]
+        results: list[Source | SolverError] = []
+        for run, job, outcome in zip(runs, jobs, self.launch(jobs), strict=True):
+            table = usable_table("base" if run.level >= 0 else "coarser", outcome)
+            source = table and as_source(table, run.side.label)
+            results.append(source if isinstance(source, Source) else ModelError(job, outcome, run))
+        on_progress(1.0)  # shares are reported where the runs are launched
+        return results
+
+    def _read(self, families: Sequence[Sequence[Run]]) -> tuple[tuple[ProgramRuns, ...], tuple[str, ...]]:
+        programs = []
+        for family in families:
+            sources = [source for run in family if isinstance(source := self._tables[run], Source)]
+            base, finer, coarser, *perturbed = (source.beside for source in sources)
+            side, rigid = family[0].side, not self.keys.start.states
+            refined = side.factor, side.order
+            programs.append(ProgramRuns(base, finer, coarser, perturbed, refined, rigid))
+        return tuple(programs), ()
+
+    def _compare(self, programs: Sequence[ProgramRuns], warnings: tuple[str, ...]) -> SceneComparison:
+        result = super()._compare(programs, warnings)
+        events: tuple[None, None] = (None, None)  # it has no contacts
+        return replace(result, description=self.scene.description, ran=self.scene, events=events)
+
+
+def moved_states(scene: Scene) -> list[str]:
+    """Return the channels of the values that the start of a linkage gives, without those of a speed drive.
+
+    A start at rest gives no rates: they are those of the positions.
+    """
+    given = {
+        f"{body}.{key.removesuffix('_deg')}" for body, start in scene.data["initial"].items() for key in start
+    }
+    rates = {name for name in given if name.rpartition(".")[2] in _RATES.values()}
+    driven = scene.data["drive"].get("body") if "speed_rpm" in scene.data["drive"] else None
+    positions = given - rates - {f"{driven}.angle"}
+    if not rates:
+        rates = {f"{body}.{_RATES[key]}" for body, _, key in (name.partition(".") for name in positions)}
+    return [name for name in linkage_channels(scene.data) if name in positions | rates]
+
+
+def linkage_pair(
+    scene: Scene, models: tuple[str, str], launch: Callable[[Sequence[Job]], list[Outcome]]
+) -> LinkagePair:
+    """Return the pair that judges two models at the standard tier by runs that ``launch`` does."""
+    sides = []
+    for model in models:
+        settings = scene.data["solver"].get(model, {})
+        kind = setting_key(model, settings)
+        if kind not in settings:
+            raise SolverError(f"model {model!r} has neither a tolerance nor a step in its settings")
+        sides.append(Side(model, None, kind, settings[kind], *refinement(model, scene)))
+    keys = PairKeys(
+        side=Solvers(a=Solver(), b=Solver()),
+        title=scene.title,
+        start=Start(states=moved_states(scene)),
+        demand=Demand(until=scene.compare.until, coverage=thresholds().coverage),
+        window=WINDOW * scene.period if "speed_rpm" in scene.data["drive"] else None,
+    )
+    return LinkagePair(
+        (sides[0], sides[1]),
+        keys,
+        Mapping(),
+        scene.name,
+        scales={name: channel.given for name, channel in linkage_channels(scene.data).items()},
+        scene=scene,
+        launch=launch,
+    )

@@ -1,0 +1,72 @@
+"""Linkages from the command line, by both models: validation, gate, comparison, sweep; what is refused."""
+
+import json
+
+import pytest
+
+
+def test_validate_and_gate_take_a_linkage(sixbar):
+    few = ("--set", "output.samples_per_cycle=100", "--set", "solver.exudyn.step=2e-4")
+    record = json.loads(sixbar("validate", "quick-return", *few, "--out", "report", "--json").out)
+    (scene,) = record["scenes"]
+    assert (scene["verdict"], record["exit_code"]) == ("agree", 0)
+    assert not scene["warnings"]  # as of moved starts, of which there are none
+    assert scene["channels"]["ram.x"]["scale"] == pytest.approx(0.45)  # the rocker is longest
+    page = (sixbar.folder / "report/report.html").read_text("utf-8")
+    for part in ('data-body="rocker"', 'class="body slider"', "moveBodies"):
+        assert part in page, part
+    assert 'tests="61"' in (sixbar.folder / "report/junit.xml").read_text(
+        "utf-8"
+    )  # its channels, and the verdict
+
+    sixbar.write("own.toml", '[scene]\nextends = "quick-return"\n[output]\nsamples_per_cycle = 100\n')
+    sixbar("gate", "own.toml", "--update", "--baseline", "base.toml")
+    assert "All" in sixbar("gate", "--baseline", "base.toml").out
+    changed = (sixbar.folder / "own.toml").read_text("utf-8") + "[body.ram]\nmass = 3.001\n"
+    sixbar.write("own.toml", changed)
+    assert "bed.force at t =" in sixbar("gate", "--baseline", "base.toml", code=1).out
+
+
+def test_a_singular_position_ends_as_what_cannot_be_compared(sixbar):
+    ended = sixbar("validate", "double-four-bar", "--out", "report", code=2)
+    assert "singular position at t = 0.714" in ended.out
+    assert (sixbar.folder / "report/tables/double-four-bar.standard-reference-base.partial.csv").read_text(
+        "utf-8"
+    ).count("\n") > 50
+    assert "singular" in (sixbar.folder / "report/junit.xml").read_text("utf-8")
+
+
+def test_tables_of_a_linkage_are_compared_plotted_and_swept(sixbar):
+    for model in ("reference", "exudyn"):
+        sixbar("run", "four-bar", "--model", model, "--out", f"{model}.csv")
+    ended = sixbar("compare", "reference.csv", "exudyn.csv", "--tolerance", "1e-6")
+    assert "coupler.omega" in ended.out
+    assert "crank.alpha    unexcited" in ended.out  # the drive's speed is constant
+    sixbar("plot", "reference.csv", "--channels", "coupler.x,drive.torque", "--out", "p.svg")
+    sixbar("study", "sweep", "four-bar", "--grid", "body.rocker.length=0.25,0.26", "--out", "sweep")
+    lines = (sixbar.folder / "sweep/sweep.csv").read_text("utf-8").splitlines()
+    assert len(lines) == 3
+    assert "max:drive.torque" in lines[0]
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "run four-bar --model reference --accuracy strict --out x.csv",
+        "run four-bar --model reference --check --out x.csv",
+        "validate four-bar --accuracy 1e-8",
+        "settings four-bar",
+    ],
+)
+def test_what_only_the_press_has_is_refused(command, sixbar):
+    sixbar.refused(command, "scene 'four-bar'", "is for the press alone")
+
+
+def test_linkages_are_listed_apart(sixbar):
+    press, linkages = sixbar("scenes").out.split("\n\n")
+    assert "squeezer" in linkages
+    assert "squeezer" not in press
+    names = [scene["name"] for scene in json.loads(sixbar("scenes", "--json").out)]
+    assert {"squeezer", "ideal"} <= {*names}
+    assert "solver.exudyn.step (> 0" in sixbar("keys", "--linkage", "exudyn.step").out  # the press's is 2e-6
+    assert "pin.NAME.joins" in sixbar("keys", "--linkage", "two points").out
