@@ -1,18 +1,15 @@
-"""Minimal-coordinate programs of the textbook linkages: one coordinate, closures in closed form, Eksergian's equation.
+"""A minimal-coordinate program for linkages of one degree of freedom, and the balance of each body.
 
-The coordinate q is the angle of one link (the travel of a slider); every other link follows from circles and lines
-that meet. With the influence coefficients c' = dc/dq of the centroids and phi' of the angles,
+Every body has one coordinate, its angle or its travel along its guide. Walking the pins from the frame gives each
+point as a sum of turned arms; pins left over close loops. One coordinate q of the linkage drives the others through
+the loops, with influence coefficients x' = dx/dq, and Eksergian's equation moves it:
 
     M q'' + 1/2 M' q'^2 = Q,    M = sum m |c'|^2 + J phi'^2
 
-Jets carry first and second derivatives through the closures. Where q comes to a dead position another link takes
-over (`Linkage.choose`), so that motions pass where a fixed coordinate turns around.
-
-Read from a scene by the names of bodies and pins: crank (frame-O-crank), rod (A to B), and rocker (frame-C-rocker-B) or
-slider (B, guide G); with them, in a six-bar, five (D to E) and six (F to E) between any two of these and the frame.
+Where q comes to a dead position another coordinate takes over. `balance` is a second formulation: Newton and Euler for
+each body at the sampled state, which also gives what the joints carry.
 """
 
-import cmath
 import math
 from dataclasses import dataclass
 
@@ -21,573 +18,426 @@ from scipy.integrate import DOP853
 from scipy.optimize import minimize_scalar
 
 SINGULAR = 1e-3
-"""Of the start's smallest singular value: there a run ends."""
+"""Smallest singular value over that of the start: there a run ends."""
 
 
 class Lost(ArithmeticError):
-    """Circles and lines that do not meet."""
-
-
-class Jet:
-    """A number, real or complex, with its first and second derivative along one parameter."""
-
-    __slots__ = ("d", "s", "v")
-
-    def __init__(self, v, d=0.0, s=0.0):
-        self.v, self.d, self.s = v, d, s
-
-    def __add__(self, other):
-        if not isinstance(other, Jet):
-            return Jet(self.v + other, self.d, self.s)
-        return Jet(self.v + other.v, self.d + other.d, self.s + other.s)
-
-    def __neg__(self):
-        return Jet(-self.v, -self.d, -self.s)
-
-    def __sub__(self, other):
-        return self + -other
-
-    def __mul__(self, other):
-        if not isinstance(other, Jet):
-            return Jet(self.v * other, self.d * other, self.s * other)
-        v, d, s, w, e, t = self.v, self.d, self.s, other.v, other.d, other.s
-        return Jet(v * w, d * w + v * e, s * w + 2 * d * e + v * t)
-
-    __radd__, __rmul__ = __add__, __mul__
-
-    def function(self, v, first, second):
-        """Return f of it, from f and its derivatives there."""
-        return Jet(v, first * self.d, first * self.s + second * self.d**2)
-
-    def inverse(self):
-        v = 1 / self.v
-        return self.function(v, -v * v, 2 * v**3)
-
-    def root(self):
-        if self.v <= 0:
-            raise Lost
-        v = math.sqrt(self.v)
-        return self.function(v, 0.5 / v, -0.25 / v**3)
-
-    def unit(self):
-        """Return exp(i q)."""
-        v = cmath.exp(1j * self.v)
-        return self.function(v, 1j * v, -v)
-
-    def conjugate(self):
-        return Jet(*(complex(x).conjugate() for x in (self.v, self.d, self.s)))
-
-    @property
-    def real(self):
-        return Jet(self.v.real, self.d.real, self.s.real)
-
-    @property
-    def imag(self):
-        return Jet(self.v.imag, self.d.imag, self.s.imag)
-
-    def square(self):
-        """Return |z|^2."""
-        return (self * self.conjugate()).real
-
-
-def meet(P, r, Q, s, side):
-    """Return the point at r from P and s from Q, left (side 1) or right (-1) of the line from P to Q."""
-    D = Q - P
-    over = D.square().inverse()
-    along = over * (0.5 * (r * r - s * s)) + 0.5
-    across = (over * (r * r) - along * along).root()
-    return P + D * (along + across * (1j * side))
-
-
-def meet_line(P, r, line, along, side):
-    """Return the point at r from P on a line, ahead of P's foot (side 1) or behind it."""
-    z = (P - line) * along.conjugate()
-    return line + (z.real + (Jet(r * r) - z.imag * z.imag).root() * side) * along
+    """Loops that do not close."""
 
 
 @dataclass
-class Frame:
-    """Where a body is: origin and direction (|z| = 1) of its own frame."""
+class Place:
+    """Coordinates and their derivatives along q; centroids with theirs; angles phi, phi', phi''."""
 
-    origin: Jet
-    turn: Jet
-
-    def at(self, own):
-        """Return the place of a point of the body."""
-        return self.origin + self.turn * own
-
-    @property
-    def angular(self):
-        """phi' and phi''."""
-        first = self.turn.d / self.turn.v
-        return first.imag, (self.turn.s / self.turn.v - first * first).imag
-
-
-def carried(P, Q, own_P, own_Q):
-    """Return the frame of a body with own_P at P and own_Q at Q."""
-    turn = (Q - P) * (1 / (own_Q - own_P))
-    return Frame(P - turn * own_P, turn)
-
-
-FIXED = Frame(Jet(0j), Jet(1 + 0j))
+    x: np.ndarray
+    dx: np.ndarray
+    ddx: np.ndarray
+    centroids: tuple
+    angles: tuple
+    lengths: tuple
+    """Of the springs, with first derivatives."""
 
 
 class Linkage:
-    """A linkage of a scene in one assembly, with a coordinate that `choose` may exchange."""
+    """A linkage in one assembly; `k` is the body whose coordinate is q."""
 
     def __init__(self, scene):
-        self.bodies, self.drive = scene["body"], scene["drive"]
-        self.guide = scene.get("guide", {}).get("G")
-        self.loads = [scene["load"]] if scene.get("load") else []
-        self.gravity = scene["environment"]["gravity"]
-        self.pins = {name: self.ends(pin) for name, pin in scene["pin"].items()}
-        self.springs = [(spring, *self.ends(spring).items()) for spring in scene.get("spring", {}).values()]
-        self.length = {
-            body: abs(self.own(pin, body) - self.own(other, body))
-            for body, (pin, other) in {"crank": "OA", "rod": "AB", "rocker": "CB", "five": "DE", "six": "FE"}.items()
-            if body in self.bodies
-        }
-        if self.guide:
-            self.along = cmath.exp(1j * math.radians(self.guide["direction_deg"]))
-            self.tilt = cmath.exp(1j * math.radians(self.guide.get("angle_deg", self.guide["direction_deg"])))
-            arm = self.tilt * (complex(*self.bodies["slider"]["centroid"]) - self.own("B", "slider"))
-            self.line = Jet(complex(*self.guide["point"]) - arm)
-        self.inner, self.outer = "crank", None
-        self.warm = (0.0, 0.0, 0.0)
-        self.assemble(scene)
+        self.scene, self.names = scene, list(scene["body"])
+        bodies, n = scene["body"].values(), len(scene["body"])
+        self.mass, self.inertia, self.own = (
+            np.array([f(body) for body in bodies])
+            for f in (lambda b: b["mass"], lambda b: b["inertia"], lambda b: complex(*b["centroid"]))
+        )
+        self.along, fixed = np.zeros(n, complex), np.append(np.zeros(n), 1.0)
+        # Affine in exp(i angle) or travel x along: coefficients, then the constant.
+        self.frames = {"frame": (0j * fixed, fixed)}
+        self.tilt = np.zeros(n)
+        for guide in scene.get("guide", {}).values():
+            k = self.names.index(guide["body"])
+            self.along[k] = np.exp(1j * math.radians(guide["direction_deg"]))
+            self.tilt[k] = math.radians(guide["angle_deg"])
+            turn = np.exp(1j * self.tilt[k]) * fixed
+            self.frames[self.names[k]] = complex(*guide["point"]) * fixed + np.eye(n + 1)[k] - turn * self.own[k], turn
+        loops, pins = [], [self.ends(pin) for pin in scene["pin"].values()]
+        while pins:
+            ends = next(ends for ends in pins if any(body in self.frames for body, _ in ends))
+            pins.remove(ends)
+            (one, own), (other, there) = sorted(ends, key=lambda end: end[0] not in self.frames)
+            if other in self.frames:
+                loops.append(self.at(one, own) - self.at(other, there))
+            else:
+                turn = np.eye(n + 1)[self.names.index(other)] + 0j
+                self.frames[other] = self.at(one, own) - turn * there, turn
+        self.loops = np.array(loops)
+        self.middles = np.array([self.at(name, own) for name, own in zip(self.names, self.own, strict=True)])
+        self.springs = list(scene.get("spring", {}).values())
+        spans = [self.at(*second) - self.at(*first) for first, second in map(self.ends, self.springs)]
+        self.spans = np.array(spans).reshape(-1, n + 1)
+        self.assemble()
 
     def ends(self, joint):
-        """Return {body: own point} of the two ends of a pin or spring."""
-        points = {}
-        for end in joint["joins"]:
-            body, _, point = end.partition(".")
-            place = joint.get("point", [0, 0]) if body == "frame" else self.bodies[body]["points"].get(point)
-            points[body] = complex(*(self.bodies[body]["centroid"] if point == "centroid" else place))
-        return points
+        """Return (body, own point) of both ends of a pin or spring."""
+        return [end_of(self.scene["body"], joint, end) for end in joint["joins"]]
 
-    def own(self, pin, body):
-        return self.pins[pin][body]
+    def at(self, body, own):
+        origin, turn = self.frames[body]
+        return origin + turn * own
 
-    def loop(self, q, side):
-        """Return the points A and B from the coordinate of the inner link."""
-        O = Jet(self.own("O", "frame"))  # noqa: E741
-        a, b, inner = self.length["crank"], self.length["rod"], self.inner
-        if self.guide:
-            if inner == "slider":
-                B = self.line + q * self.along
-                return meet(O, a, B, b, side), B
-            if inner == "crank":
-                A = O + q.unit() * a
-                return A, meet_line(A, b, self.line, self.along, side)
-            A = meet_line(O, a, self.line - q.unit() * b, self.along, side)
-            return A, A + q.unit() * b
-        C, c = Jet(self.own("C", "frame")), self.length["rocker"]
-        if inner == "rocker":
-            B = C + q.unit() * c
-            return meet(O, a, B, b, side), B
-        if inner == "crank":
-            A = O + q.unit() * a
-            return A, meet(A, b, C, c, side)
-        A = meet(O, a, C - q.unit() * b, c, side)
-        return A, A + q.unit() * b
+    def turned(self, x):
+        """Return exp(i angle) or travel x along, with first and second derivatives."""
+        guided = self.along != 0
+        u = np.exp(1j * x)
+        return np.where(guided, x * self.along, u), np.where(guided, self.along, 1j * u), np.where(guided, 0, -u)
 
-    def first(self, q, side):
-        """Return the frames of the first loop, and of the fixed one."""
-        A, B = self.loop(q, side)
-        own = self.own
-        frames = {"frame": FIXED, "crank": carried(Jet(own("O", "frame")), A, own("O", "crank"), own("A", "crank"))}
-        frames["rod"] = carried(A, B, own("A", "rod"), own("B", "rod"))
-        if self.guide:
-            turn = Jet(self.tilt)
-            frames["slider"] = Frame(B - turn * own("B", "slider"), turn)
-        else:
-            frames["rocker"] = carried(Jet(own("C", "frame")), B, own("C", "rocker"), own("B", "rocker"))
-        return frames
+    def closure(self, x):
+        """Return the loops' gaps and their derivatives along the coordinates, real parts then imaginary ones."""
+        u, du, _ = self.turned(x)
+        return real(self.loops @ np.append(u, 1)), real(self.loops[:, :-1] * du)
 
-    def pivot(self, frames, pin, dyad):
-        """Return where a link of the dyad hangs from the first loop."""
-        (body,) = set(self.pins[pin]) - {dyad}
-        return frames[body].at(self.own(pin, body))
-
-    def second(self, frames, p, side):
-        """Return E, and how far |link|^2 of the other link is from its own where p is the angle of one link."""
-        D, F = self.pivot(frames, "D", "five"), self.pivot(frames, "F", "six")
-        five, six = self.length["five"], self.length["six"]
-        if p is None:
-            return meet(D, five, F, six, side), None
-        near, far, r, s = (F, D, six, five) if self.outer == "six" else (D, F, five, six)
-        E = near + p.unit() * r
-        return E, (E - far).square() - s * s
+    def newton(self, x, rest):
+        """Close the loops from x; `rest(x)` returns one more equation and its row."""
+        start = x
+        for _ in range(40):
+            gap, rows = self.closure(x)
+            more, row = rest(x)
+            try:
+                step = np.linalg.solve(np.vstack([rows, row]), -np.append(gap, more))
+            except np.linalg.LinAlgError:
+                raise Lost from None
+            x = x + step
+            if np.abs(x - start)[self.along == 0].max() > 1:
+                raise Lost
+            if np.abs(step).max() < 1e-8:  # the next one is its square
+                return x
+        raise Lost
 
     def place(self, q):
-        """Return the frames of all bodies, with derivatives along the coordinate."""
-        jet = Jet(q, 1.0)
-        inner = jet
-        if self.outer:
-            before, value, slope = self.warm
-            value += slope * (q - before)
-            for _ in range(30):
-                gap = self.second(self.first(Jet(value, 1.0), self.sides[0]), Jet(q), 0)[1]
-                value -= gap.v / gap.d
-                if abs(gap.v / gap.d) < 1e-14:
-                    break
-            else:
-                raise Lost
-            across = self.second(self.first(Jet(value), self.sides[0]), jet, 0)[1].d
-            slope = -across / gap.d
-            curved = self.second(self.first(Jet(value, slope), self.sides[0]), jet, 0)[1].s
-            inner = Jet(value, slope, -curved / gap.d)
-            self.warm = (q, value, slope)
-        frames = self.first(inner, self.sides[0])
-        if "six" in self.bodies:
-            D, F = self.pivot(frames, "D", "five"), self.pivot(frames, "F", "six")
-            E, _ = self.second(frames, jet if self.outer else None, self.sides[1])
-            frames["five"] = carried(D, E, self.own("D", "five"), self.own("E", "five"))
-            frames["six"] = carried(F, E, self.own("F", "six"), self.own("E", "six"))
-        return frames
+        """Return the linkage at its coordinate q, near where it was."""
+        k = self.k
+        ahead = q - self.x[k]
+        curve = self.ddx * ahead**2 / 2
+        guess = self.x + self.dx * ahead + curve * (np.abs(curve).max() < 0.01)
+        row = np.eye(len(guess))[k]
+        x = self.newton(guess, lambda x: (x[k] - q, row))
+        matrix = np.vstack([self.closure(x)[1], row])
+        dx = np.linalg.solve(matrix, np.eye(len(x))[-1])
+        u, du, ddu = self.turned(x)
+        curved = ddu * dx**2
+        ddx = np.linalg.solve(matrix, np.append(-real(self.loops[:, :-1] @ curved), 0))
+        self.x, self.dx, self.ddx = x, dx, ddx
+        points = [np.vstack([self.middles, self.spans])[:, :-1] @ v for v in (u, du * dx, du * ddx + curved)]
+        points[0] = points[0] + np.append(self.middles[:, -1], self.spans[:, -1])
+        n = len(x)
+        length = np.abs(points[0][n:])
+        free = self.along == 0
+        return Place(
+            x, dx, ddx, tuple(p[:n] for p in points), (np.where(free, x, self.tilt), dx * free, ddx * free),
+            (length, (points[0][n:].conj() * points[1][n:]).real / length),
+        )  # fmt: skip
 
-    def coordinate(self, frames, link):
-        """Return the coordinate of a link: the angle of its line, or the slider's travel."""
-        if link == "slider":
-            return ((frames["slider"].at(self.own("B", "slider")) - self.line) * self.along.conjugate()).real.v
-        pin, other = {"crank": "OA", "rod": "AB", "rocker": "CB", "five": "DE", "six": "FE"}[link]
-        return cmath.phase((frames[link].turn * (self.own(other, link) - self.own(pin, link))).v)
-
-    def ratios(self, frames):
-        """Return |d coordinate / dq| of each link, a slider's over the crank's length."""
-        ratios = {link: abs(frames[link].angular[0]) for link in self.bodies if link != "slider"}
-        if self.guide:
-            ratios["slider"] = abs(frames["slider"].origin.d) / self.length["crank"]
-        return ratios
-
-    def choose(self, frames, rate, keep=None):
-        """Take the link that moves most (or keep) as the coordinate; return it and its rate."""
-        ratios = self.ratios(frames)
-        loop = {link: ratio for link, ratio in ratios.items() if link not in ("five", "six")}
-        inner, outer = max(loop, key=loop.get), max(ratios, key=ratios.get)
-        if keep:
-            inner, outer = keep, None
-        velocity = {link: frames[link].angular[0] for link in loop}
-        if self.guide:
-            velocity["slider"] = (frames["slider"].origin.d * self.along.conjugate()).real
-        pivot = outer if outer in ("five", "six") else None
-        value = self.coordinate(frames, pivot or inner)
-        slope = frames[pivot].angular[0] if pivot else velocity[inner]
-        self.inner, self.outer = inner, pivot
-        self.warm = (value, self.coordinate(frames, inner), velocity[inner] / slope)
-        self.pick(frames, value)
-        return value, rate * slope
-
-    def pick(self, frames, value):
-        """Set the sides on which circles meet to those of given frames."""
-        best = math.inf
-        warm = self.warm
-        for sides in ((s, t) for s in (1, -1) for t in ((1, -1) if "six" in self.bodies and not self.outer else (1,))):
-            self.sides, self.warm = sides, warm
-            try:
-                other = self.place(value)
-            except Lost:
-                continue
-            far = sum(abs(other[b].turn.v - frames[b].turn.v) + abs(other[b].origin.v - frames[b].origin.v) for b in other)
-            if far < best:
-                best, chosen = far, sides
-        if math.isinf(best):
-            raise Lost
-        self.sides, self.warm = chosen, warm
-
-    def assemble(self, scene):
-        """Set q and its rate of the start from [initial], the assembly by [guess]."""
-        initial, guess = scene.get("initial", {}), scene.get("guess", {})
-        degrees = {b: (guess.get(b, {}) | initial.get(b, {})).get("angle_deg", 0.0) for b in self.bodies}
-        turned = {b: cmath.exp(1j * math.radians(angle)) for b, angle in degrees.items()}
-        crank = turned["crank"] * (self.own("A", "crank") - self.own("O", "crank"))
-        q = cmath.phase(crank)
-
-        def distance(sides):
-            self.sides = sides
-            try:
-                frames = self.place(q)
-            except Lost:
-                return math.inf
-            return sum(abs(frames[b].turn.v - turned[b]) for b in self.bodies)
-
-        self.sides = min(((s, t) for s in (1, -1) for t in (1, -1)), key=distance)
-        given = [(b, k, v) for b, row in initial.items() for k, v in row.items()]
+    def assemble(self):
+        """Set assembly, q and its rate of the start from [initial] and [guess]."""
+        scene = self.scene
+        rows = {b: scene["guess"].get(b, {}) | scene["initial"].get(b, {}) for b in self.names}
+        x = np.radians([row.get("angle_deg", 0.0) for row in rows.values()])
+        given = [(self.names.index(b), key, value) for b, row in scene["initial"].items() for key, value in row.items()]
         ((body, key, value),) = [row for row in given if row[1] in ("x", "y", "angle_deg")]
-        for _ in range(50):
-            frames = self.place(q)
+
+        def rest(x):
             if key == "angle_deg":
-                error = cmath.phase(frames[body].turn.v * cmath.exp(-1j * math.radians(value)))
-                slope = frames[body].angular[0]
-            else:
-                centroid = self.centroid(frames, body)
-                error = (centroid.v.real if key == "x" else centroid.v.imag) - value
-                slope = centroid.d.real if key == "x" else centroid.d.imag
-            q -= error / slope
-            if abs(error / slope) < 1e-15:
-                break
-        frames = self.place(q)
-        self.start = {b: near(cmath.phase(frames[b].turn.v), math.radians(degrees[b])) for b in self.bodies}
-        self.q, self.rate = q, 0.0
-        if "speed_rpm" in self.drive:
-            self.q, _ = self.choose(frames, 0.0, keep=self.drive["body"])
-            self.rate = self.drive["speed_rpm"] * math.pi / 30
+                return x[body] - math.radians(value), np.eye(len(x))[body]
+            u, du, _ = self.turned(x)
+            part = 1 if key == "x" else -1j
+            return (part * (self.middles[body] @ np.append(u, 1))).real - value, (part * self.middles[body, :-1] * du).real
+
+        self.x = self.newton(x, rest)
+        self.k = self.names.index(scene["drive"].get("body", self.names[body]))
+        if self.along[self.k]:
+            self.k = int(np.argmax(self.along == 0))
+        self.dx = self.ddx = np.zeros(len(x))
+        place = self.place(self.x[self.k])
+        self.rate = scene["drive"].get("speed_rpm", 0.0) * math.pi / 30
         for body, key, value in given:
             if key in ("vx", "vy", "omega"):
-                centroid = self.centroid(frames, body).d
-                slope = {"vx": centroid.real, "vy": centroid.imag, "omega": frames[body].angular[0]}[key]
-                self.rate = value / slope
+                c = place.centroids[1][body]
+                self.rate = value / {"vx": c.real, "vy": c.imag, "omega": place.angles[1][body]}[key]
 
-    def centroid(self, frames, body):
-        return frames[body].at(complex(*self.bodies[body]["centroid"]))
+    def moved(self, place):
+        """Return how far each body moves along q: angle, or travel over the longest arm."""
+        return np.abs(place.dx) / np.where(self.along == 0, 1, np.abs(self.loops).max())
 
-    def equation(self, frames, rate):
-        """Return M, M', Q without a drive by speed, power of the torque, and that which dampers take."""
-        M = dM = Q = 0.0
-        for name, body in self.bodies.items():
-            c, (first, second) = self.centroid(frames, name), frames[name].angular
-            m, J = body["mass"], body["inertia"]
-            M += m * abs(c.d) ** 2 + J * first**2
-            dM += 2 * (m * (c.d.conjugate() * c.s).real + J * first * second)
-            Q -= m * self.gravity * c.d.imag
-        for load in self.loads:
-            c = self.centroid(frames, load["body"])
-            Q += push(load, load["surface"] - c.v.imag)[0] * c.d.imag
+    def equation(self, place, rate):
+        """Return M, M', Q without a drive by speed, the power of a torque and that of dampers."""
+        scene, (c, dc, ddc), (_, dphi, ddphi) = self.scene, place.centroids, place.angles
+        M = self.mass @ np.abs(dc) ** 2 + self.inertia @ dphi**2
+        dM = 2 * (self.mass @ (dc.conj() * ddc).real + self.inertia @ (dphi * ddphi))
+        Q = -scene["environment"]["gravity"] * (self.mass @ dc.imag)
+        if scene.get("load"):
+            k = self.names.index(scene["load"]["body"])
+            Q += push(scene["load"], c[k].imag)[0] * dc[k].imag
         damped = 0.0
-        for spring, length in self.lengths(frames):
-            damping = spring.get("damping", 0.0) * length.d * rate
-            Q -= (spring["stiffness"] * (length.v - spring["length"]) + damping) * length.d
-            damped += damping * length.d * rate
-        power = 0.0
-        if "torque" in self.drive or "torque_table" in self.drive:
-            driven = frames[self.drive["body"]]
-            torque = self.drive.get("torque")
-            if torque is None:
-                degrees, torques = zip(*self.drive["torque_table"], strict=True)
-                torque = float(np.interp(math.degrees(cmath.phase(driven.turn.v)) % 360, degrees, torques))
-            Q += torque * driven.angular[0]
-            power = torque * driven.angular[0] * rate
-        return M, dM, Q, power, damped
+        for spring, length, slope in zip(self.springs, *place.lengths, strict=True):
+            Q -= tension(spring, length, slope * rate) * slope
+            damped += spring["damping"] * (slope * rate) ** 2
+        torque, k = 0.0, self.names.index(scene["drive"].get("body", self.names[0]))
+        if "torque" in scene["drive"] or "torque_table" in scene["drive"]:
+            torque = drive_torque(scene["drive"], place.angles[0][k])
+        return M, dM, Q + torque * dphi[k], torque * dphi[k] * rate, damped
 
-    def lengths(self, frames):
-        for spring, (body, own), (other, there) in self.springs:
-            yield spring, (frames[other].at(there) - frames[body].at(own)).square().root()
-
-    def rank(self, frames):
-        """Return the smallest singular value of the constraints, lengths over the largest: the judge of the end."""
-        names = list(self.bodies)
-        far = [p for pin in self.pins.values() for body, p in pin.items() if body == "frame"]
-        scale = max([*self.length.values(), *(abs(p - o) for p in far for o in far)])
-        rows = []
-        for pin in self.pins.values():
-            for part in (0, 1):
-                row = np.zeros(3 * len(names))
-                for sign, (body, own) in zip((1, -1), pin.items(), strict=True):
-                    if body != "frame":
-                        arm = 1j * (frames[body].at(own).v - self.centroid(frames, body).v) / scale
-                        k = 3 * names.index(body)
-                        row[k + part], row[k + 2] = sign, sign * (arm.real, arm.imag)[part]
-                rows.append(row)
-        if self.guide:
-            k = 3 * names.index("slider")
-            normal = 1j * self.along
-            rows += [np.zeros(3 * len(names)) for _ in range(2)]
-            rows[-2][k], rows[-2][k + 1], rows[-1][k + 2] = normal.real, normal.imag, 1.0
-        if "speed_rpm" in self.drive:
-            rows.append(np.eye(3 * len(names))[3 * names.index(self.drive["body"]) + 2])
-        return np.linalg.svd(np.array(rows), compute_uv=False)[-1]
+    def rank(self, place):
+        """Return the smallest singular value of the bodies' constraints, lengths over the largest one."""
+        lengths = [abs(a - b) for body in self.scene["body"].values() for a in points(body) for b in points(body)]
+        matrix = jacobian(self.scene, place.centroids[0], place.angles[0])
+        matrix[:, 2::3] /= np.where(np.abs(matrix[:, ::3]).sum(1) + np.abs(matrix[:, 1::3]).sum(1) > 0, max(lengths), 1)[:, None]
+        return np.linalg.svd(matrix, compute_uv=False)[-1]
 
 
-def near(angle, other):
-    """Return the angle plus whole turns that is nearest to another."""
-    return angle + 2 * math.pi * round((other - angle) / (2 * math.pi))
+def real(z):
+    return np.concatenate([z.real, z.imag])
 
 
-def push(load, h):
-    """Return force and stored energy of a workpiece at the depth h."""
-    if h <= 0:
-        return 0.0, 0.0
-    if load.get("table"):
-        depths, forces = (list(column) for column in zip(*load["table"], strict=True))
+def points(body):
+    return [complex(*p) for p in body["points"].values()]
+
+
+def end_of(bodies, joint, end):
+    body, _, point = end.partition(".")
+    if body == "frame":
+        return body, complex(*joint["point"])
+    return body, complex(*(bodies[body]["centroid"] if point == "centroid" else bodies[body]["points"][point]))
+
+
+def tension(spring, length, rate):
+    return spring["stiffness"] * (length - spring["length"]) + spring["damping"] * rate
+
+
+def drive_torque(drive, angle):
+    if "torque" in drive:
+        return drive["torque"]
+    return float(np.interp(math.degrees(angle) % 360, *np.transpose(drive["torque_table"])))
+
+
+def push(load, y):
+    """Return force and stored energy of the workpiece where the body's centroid is at y."""
+    h = max(load["surface"] - y, 0.0)
+    if load["table"]:
+        depths, forces = np.transpose(load["table"])
+        inside = depths < h
         force = float(np.interp(h, depths, forces))
-        inside = [d for d in depths if d < h]
-        x, y = [*inside, h], [*forces[: len(inside)], force]
-        return force, float(np.trapezoid(y, x))
-    ratio, q = h / load["depth"], load["exponent"]
-    return load["force"] * ratio**q, load["force"] * load["depth"] * ratio ** (q + 1) / (q + 1)
+        return force, float(np.trapezoid([*forces[inside], force], [*depths[inside], h]))
+    ratio, exponent = h / load["depth"], load["exponent"]
+    return load["force"] * ratio**exponent, load["force"] * load["depth"] * ratio ** (exponent + 1) / (exponent + 1)
 
 
 @dataclass
 class Motion:
-    """Columns at the samples up to the end, the outcome and when; `turns` counts dead positions passed."""
+    """Columns at the samples up to the end; outcome, "regular" or "singular", and when."""
 
     columns: dict
     outcome: str
     time: float
     turns: int
+    """Changes of the coordinate: at each a link comes near a dead position."""
     lowest: float
-    """Smallest singular value over that of the start."""
+    """Smallest singular value of the constraints over that of the start."""
 
 
 def times(scene):
     output, drive = scene["output"], scene["drive"]
     if "speed_rpm" in drive:
-        n = round(drive.get("cycles", 1) * output["samples_per_cycle"])
-        return np.arange(n + 1) * 60 / abs(drive["speed_rpm"]) / output["samples_per_cycle"]
+        cycle = 60 / abs(drive["speed_rpm"])
+        return np.arange(round(drive["cycles"] * output["samples_per_cycle"]) + 1) * cycle / output["samples_per_cycle"]
     return np.arange(output["samples"] + 1) * output["duration"] / output["samples"]
 
 
 def solve(scene, tolerance=1e-13):
-    """Return the motion of a scene.
-
-    Parameters
-    ----------
-    scene
-        Complete mapping of a linkage scene.
-    tolerance
-        Of DOP853, relative; absolute a tenth.
-    """
-    linkage = Linkage(scene)
-    grid = times(scene)
-    speed = linkage.rate if "speed_rpm" in scene["drive"] else None
-    q, rate = linkage.q, linkage.rate
-    initial = linkage.rank(linkage.place(q))
-    if speed is None:
-        q, rate = linkage.choose(linkage.place(q), rate)
-    watch = Watch(linkage, initial)
-    state = np.array([q, rate, 0.0, 0.0])
-    rows = [sample(linkage, state, speed)]
-    end, first = None, None
-    for t, after in zip(grid[:-1], grid[1:], strict=True):
+    """Return the motion of a scene (complete mapping) at DOP853's relative tolerance."""
+    linkage, grid = Linkage(scene), times(scene)
+    run = Run(linkage, "speed_rpm" in scene["drive"], tolerance)
+    state = np.array([linkage.x[linkage.k], linkage.rate, 0.0, 0.0])  # q, its rate, work of the drive, dampers' heat
+    rows, end, t = [run.sample(state)], None, 0.0
+    for after in grid[1:]:
         while t < after and end is None:
-            end_of_step, state, first, end = advance(linkage, watch, speed, (t, after, state, first), tolerance)
-            t = end_of_step  # noqa: PLW2901
+            t, state, end = run.advance(t, after, state)
         if end is not None:
             break
-        rows.append(sample(linkage, state, speed))
+        rows.append(run.sample(state))
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-    for body, angle in linkage.start.items():
-        turned = np.unwrap(columns[f"{body}.angle"])
-        columns[f"{body}.angle"] = turned - turned[0] + angle
     columns["energy_gravity"] = columns["energy_gravity"][0] - columns["energy_gravity"]
     columns["time"] = grid[: len(rows)]
-    return Motion(columns, "regular" if end is None else "singular", end or grid[-1], watch.turns, watch.lowest)
+    return Motion(columns, "regular" if end is None else "singular", end or grid[-1], run.turns, run.lowest)
 
 
-class Watch:
-    """The smallest singular value along a run, and dead positions of the first coordinate (crossings of `sines`)."""
+class Run:
+    """A motion on its way: step, coordinate, smallest singular value."""
 
-    def __init__(self, linkage, initial):
-        self.linkage, self.initial = linkage, initial
-        self.turns, self.lowest, self.signs, self.last = 0, 1.0, None, 1.0
+    def __init__(self, linkage, driven, tolerance):
+        self.linkage, self.driven, self.tolerance = linkage, driven, tolerance
+        self.turns, self.lowest, self.last, self.step = 0, 1.0, 1.0, None
+        self.initial = linkage.rank(linkage.place(linkage.x[linkage.k]))
 
-    def __call__(self, step, t0, t1):
-        """Return the time of a singular position within a step (dense output), or None."""
+    def derivative(self, _, state):
+        q, rate = state[:2]
+        try:
+            M, dM, Q, power, damped = self.linkage.equation(self.linkage.place(q), rate)
+        except Lost:
+            return np.full(4, np.nan)
+        if self.driven:
+            return np.array([rate, 0.0, (dM * rate**2 / 2 - Q) * rate, damped])
+        return np.array([rate, (Q - dM * rate**2 / 2) / M, power, damped])
+
+    def advance(self, t, after, state):
+        """Return time, state and singular time (or None) at `after` or at a change of the coordinate."""
         linkage = self.linkage
+        first = None if self.step is None else min(self.step, after - t)
+        solver = DOP853(self.derivative, t, state, after, first_step=first, rtol=self.tolerance)
+        while solver.status == "running":
+            self.step = solver.h_abs
+            # Near a dead position differences round off.
+            solver.rtol = max(self.tolerance, 1e-15 / self.last**2)
+            solver.atol = solver.rtol / 10
+            solver.step()
+            if solver.status == "failed":
+                return t, state, solver.t
+            end = self.singular(solver.dense_output(), solver.t_old, solver.t)
+            if end is not None:
+                break
+            place = linkage.place(solver.y[0])
+            moved = linkage.moved(place)
+            k = int(np.argmax(moved))
+            if not self.driven and moved[k] > 3 * moved[linkage.k]:
+                slope = place.dx[k]
+                linkage.k, linkage.dx, self.step = k, place.dx / slope, None
+                linkage.ddx = (place.ddx - place.ddx[k] * linkage.dx) / slope**2
+                self.turns += 1
+                return solver.t, np.array([place.x[k], solver.y[1] * slope, *solver.y[2:]]), None
+        return solver.t, solver.y, end
+
+    def singular(self, dense, t0, t1):
+        """Return the time of a singular position in a step, or None."""
 
         def sigma(t):
             try:
-                return linkage.rank(linkage.place(step(t)[0])) / self.initial
+                return self.linkage.rank(self.linkage.place(dense(t)[0])) / self.initial
             except Lost:
                 return 0.0
 
-        points = np.linspace(t0, t1, 6)
-        values = [sigma(t) for t in points]
+        grid = np.linspace(t0, t1, 6)
+        values = [sigma(t) for t in grid]
         k = int(np.argmin(values))
-        low, when = values[k], points[k]
+        low, when = values[k], grid[k]
         if low < 0.1:
-            near_k = points[max(k - 1, 0)], points[min(k + 1, 5)]
-            best = minimize_scalar(sigma, near_k, bounds=near_k, method="bounded", options={"xatol": 1e-13})
+            bounds = grid[max(k - 1, 0)], grid[min(k + 1, 5)]
+            best = minimize_scalar(sigma, bounds=bounds, method="bounded", options={"xatol": 1e-13})
             if best.fun < low:
                 low, when = best.fun, best.x
         self.lowest, self.last = min(self.lowest, low), low
-        signs = self.signs_of(linkage.place(step(t1)[0]))
-        if self.signs is not None:
-            self.turns += sum(a != b for a, b in zip(signs, self.signs, strict=True))
-        self.signs = signs
-        if low < SINGULAR:
-            slope = (values[0] - low) / (when - t0) if when > t0 else math.inf
-            # At the end of a step the zero lies ahead: sigma falls on linearly.
-            return when + (low / slope if when >= t1 - 1e-12 else 0.0)
-        return None
+        if low >= SINGULAR:
+            return None
+        # At the end of a step it falls on, linearly, to a zero ahead.
+        return when + low * (t1 - grid[-2]) / (values[-2] - low) if when > t1 - 1e-12 else when
 
-    def signs_of(self, frames):
-        """Return on which side of its dead positions each dyad is: rod and rocker (slider), five and six."""
-        lk = self.linkage
-        line = {
-            link: cmath.exp(1j * lk.coordinate(frames, link)) for link in lk.bodies if link not in ("slider", "crank")
-        }
-        signs = [(line["rod"].conjugate() * (line["rocker"] if "rocker" in line else 1j * lk.along)).imag > 0]
-        return signs + ([(line["five"].conjugate() * line["six"]).imag > 0] if "six" in line else [])
-
-
-def derivative(linkage, speed, state):
-    q, rate = state[:2]
-    try:
-        frames = linkage.place(q)
-    except Lost:
-        return np.full(4, np.nan)
-    M, dM, Q, power, damped = linkage.equation(frames, rate)
-    if speed is not None:
-        return np.array([speed, 0.0, (dM * speed**2 / 2 - Q) * speed, damped])
-    return np.array([rate, (Q - dM * rate**2 / 2) / M, power, damped])
-
-
-def advance(linkage, watch, speed, start, tolerance):
-    """Return time, state, step and singular time (or None) after one step or at a change of the coordinate."""
-    t, after, state, first = start
-    solver = DOP853(
-        lambda _, y: derivative(linkage, speed, y), t, state, after, rtol=tolerance, atol=tolerance / 10,
-        first_step=None if first is None else min(first, after - t),
-    )  # fmt: skip
-    while solver.status == "running":
-        tried = solver.h_abs
-        # Near a dead position roots of small differences round off.
-        solver.rtol = max(tolerance, 1e-15 / watch.last**2)
-        solver.atol = solver.rtol / 10
-        solver.step()
-        if solver.status == "failed":
-            return t, state, first, solver.t
-        first = max(solver.h_abs, 0.0 if solver.status == "running" else tried)
-        step = solver.dense_output()
-        end = watch(step, solver.t_old, solver.t)
-        if end is not None:
-            return solver.t, solver.y, first, end
-        if speed is None:
-            frames = linkage.place(solver.y[0])
-            ratios = linkage.ratios(frames)
-            loop = [ratio for link, ratio in ratios.items() if link not in ("five", "six")]
-            inner = ratios[linkage.inner]
-            if max(ratios.values()) > 3 * ratios[linkage.outer or linkage.inner] or max(loop) > 3 * inner:
-                q, rate = linkage.choose(frames, solver.y[1])
-                return solver.t, np.array([q, rate, *solver.y[2:]]), None, None
-    return solver.t, solver.y, first, None
+    def sample(self, state):
+        """Return the columns of one moment; gravity's energy from height 0."""
+        q, rate, work, heat = state
+        linkage, scene = self.linkage, self.linkage.scene
+        place = linkage.place(q)
+        M, dM, Q, _, _ = linkage.equation(place, rate)
+        change = 0.0 if self.driven else (Q - dM * rate**2 / 2) / M
+        row = {}
+        for k, name in enumerate(linkage.names):
+            c, dc, ddc = (z[k] for z in place.centroids)
+            angle, first, second = (z[k] for z in place.angles)
+            velocity, acceleration = dc * rate, ddc * rate**2 + dc * change
+            values = (c, angle, velocity, first * rate, acceleration, first * change + second * rate**2)
+            keys = ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")
+            flat = [x for v in values for x in ((v.real, v.imag) if isinstance(v, complex) else (v,))]
+            row |= {f"{name}.{key}": value for key, value in zip(keys, flat, strict=True)}
+        if self.driven:
+            row["drive.torque"] = dM * rate**2 / 2 - Q
+        row |= {"energy_kinetic": M * rate**2 / 2, "energy_drive": work, "energy_damping": heat}
+        row["energy_gravity"] = scene["environment"]["gravity"] * (linkage.mass @ place.centroids[0].imag)
+        stored = [s["stiffness"] * (x - s["length"]) ** 2 / 2 for s, x in zip(linkage.springs, place.lengths[0], strict=True)]
+        row["energy_spring"] = sum(stored)
+        if scene.get("load"):
+            k = linkage.names.index(scene["load"]["body"])
+            row["energy_load"] = push(scene["load"], place.centroids[0][k].imag)[1]
+        return row
 
 
-def sample(linkage, state, speed):
-    """Return the columns of one moment; angles within a turn, gravity's energy from height 0."""
-    q, rate, work, damping = state
-    frames = linkage.place(q)
-    M, dM, Q, _, _ = linkage.equation(frames, rate)
-    change = 0.0 if speed is not None else (Q - dM * rate**2 / 2) / M
-    row = {}
-    for name in linkage.bodies:
-        c, (first, second) = linkage.centroid(frames, name), frames[name].angular
-        velocity, acceleration = c.d * rate, c.d * change + c.s * rate**2
-        row |= {f"{name}.x": c.v.real, f"{name}.y": c.v.imag, f"{name}.angle": cmath.phase(frames[name].turn.v)}
-        row |= {f"{name}.vx": velocity.real, f"{name}.vy": velocity.imag, f"{name}.omega": first * rate}
-        row |= {f"{name}.ax": acceleration.real, f"{name}.ay": acceleration.imag}
-        row[f"{name}.alpha"] = first * change + second * rate**2
-    if speed is not None:
-        row["drive.torque"] = dM * rate**2 / 2 - Q
-    row["energy_kinetic"] = M * rate**2 / 2
-    row["energy_gravity"] = sum(
-        body["mass"] * linkage.gravity * linkage.centroid(frames, name).v.imag for name, body in linkage.bodies.items()
-    )
-    row["energy_drive"], row["energy_damping"] = work, damping
-    lengths = [(spring, length.v) for spring, length in linkage.lengths(frames)]
-    row["energy_spring"] = sum(s["stiffness"] * (length - s["length"]) ** 2 / 2 for s, length in lengths)
-    if linkage.loads:
-        (load,) = linkage.loads
-        row["energy_load"] = push(load, load["surface"] - linkage.centroid(frames, load["body"]).v.imag)[1]
-    return row
+def jacobian(scene, centroids, angles):
+    """Return the rows of pins (x, y of the second end less the first), guides (normal, angle) and speed.
+
+    Columns: x, y, angle of each body.
+    """
+    names = list(scene["body"])
+    rows = []
+    for pin in scene["pin"].values():
+        pair = np.zeros((2, 3 * len(names)))
+        for sign, end in zip((-1, 1), pin["joins"], strict=True):
+            body, own = end_of(scene["body"], pin, end)
+            if body != "frame":
+                k = names.index(body)
+                arm = 1j * np.exp(1j * angles[k]) * (own - complex(*scene["body"][body]["centroid"]))
+                pair[:, 3 * k : 3 * k + 3] = sign * np.array([[1, 0, arm.real], [0, 1, arm.imag]])
+        rows += list(pair)
+    for guide in scene.get("guide", {}).values():
+        direction, pair, k = math.radians(guide["direction_deg"]), np.zeros((2, 3 * len(names))), names.index(guide["body"])
+        pair[0, 3 * k : 3 * k + 2] = -math.sin(direction), math.cos(direction)
+        pair[1, 3 * k + 2] = 1
+        rows += list(pair)
+    if "speed_rpm" in scene["drive"]:
+        rows.append(np.eye(3 * len(names))[3 * names.index(scene["drive"]["body"]) + 2])
+    return np.array(rows)
+
+
+def balance(scene, columns):
+    """Return accelerations and what the joints carry, by the balance of each body at each sample of x, y, angle, rates."""
+    names, bodies = list(scene["body"]), scene["body"]
+    keys = [f"{pin}.reaction_{part}" for pin in scene["pin"] for part in "xy"]
+    keys += [f"{guide}.{part}" for guide in scene.get("guide", {}) for part in ("force", "moment")]
+    keys += ["drive.torque"] if "speed_rpm" in scene["drive"] else []
+    accelerations = [f"{name}.{key}" for name in names for key in ("ax", "ay", "alpha")]
+    mass = np.array([m for b in bodies.values() for m in (b["mass"], b["mass"], b["inertia"])])
+    result = {key: [] for key in accelerations + keys + [f"{s}.force" for s in scene.get("spring", {})]}
+    get = lambda key, i: np.array([columns[f"{name}.{key}"][i] for name in names])  # noqa: E731
+    for i in range(len(columns["time"])):
+        c, angle = get("x", i) + 1j * get("y", i), get("angle", i)
+        v, omega = get("vx", i) + 1j * get("vy", i), get("omega", i)
+        force = -1j * scene["environment"]["gravity"] * mass[::3]
+        moment = np.zeros(len(names))
+        if scene.get("load"):
+            k = names.index(scene["load"]["body"])
+            force[k] += 1j * push(scene["load"], c[k].imag)[0]
+        if "torque" in scene["drive"] or "torque_table" in scene["drive"]:
+            k = names.index(scene["drive"]["body"])
+            moment[k] += drive_torque(scene["drive"], angle[k])
+        for name, spring in scene.get("spring", {}).items():
+            ends = []
+            for end in spring["joins"]:
+                body, own = end_of(bodies, spring, end)
+                k = names.index(body) if body != "frame" else None
+                arm = 0j if k is None else np.exp(1j * angle[k]) * (own - complex(*bodies[body]["centroid"]))
+                ends.append((k, arm, own if k is None else c[k] + arm, 0j if k is None else v[k] + 1j * omega[k] * arm))
+            span, rate = ends[1][2] - ends[0][2], ends[1][3] - ends[0][3]
+            line = span / abs(span)
+            pull = tension(spring, abs(span), (line.conjugate() * rate).real)
+            result[f"{name}.force"].append(pull)
+            for (k, arm, *_), pulled in zip(ends, (pull * line, -pull * line), strict=True):
+                if k is not None:
+                    force[k] += pulled
+                    moment[k] += (arm.conjugate() * pulled).imag
+        applied = np.column_stack([force.real, force.imag, moment]).ravel()
+        rates = np.column_stack([v.real, v.imag, omega]).ravel()
+        rows = jacobian(scene, c, angle)
+        # Rows turn with the bodies: their change along the motion, by central differences.
+        swing = 1e-4 / max(1.0, np.abs(omega).max())
+        ahead, behind = (jacobian(scene, c, angle + sign * swing * omega) for sign in (1, -1))
+        gamma = -(ahead - behind) @ rates / (2 * swing)
+        full = np.block([[np.diag(mass), rows.T], [rows, np.zeros((len(rows), len(rows)))]])
+        solution = np.linalg.solve(full, np.append(applied, gamma))
+        for key, value in zip(accelerations + keys, solution * np.repeat([1, -1], [len(mass), len(rows)]), strict=True):
+            result[key].append(value)
+    return {key: np.array(value) for key, value in result.items()}
+
+

@@ -1,7 +1,7 @@
 """Random linkage scenes: four-bars, slider-cranks, Watt and Stephenson six-bars, some that pass singular positions.
 
-`scene(kind, i)` is the same at every call. Of five in a row one has lengths of a change point, one is driven into a
-dead position by its speed; the others are drawn so that a drive by speed turns freely, and swing as they like without.
+`scene(kind, i)` is the same at every call. Of five in a row one has the lengths of a change point and one is driven by
+its speed until it locks; the others turn freely where their drive is a speed and swing as they like without.
 """
 
 import math
@@ -11,277 +11,180 @@ import numpy as np
 from linkage_oracle import Linkage, Lost
 
 KINDS = ("four-bar", "slider-crank", "watt", "stephenson")
-CASES = ("change-point", "smooth", "smooth", "dead", "smooth")
-# Links that the dyad of a six-bar joins: neighbours of the first loop in Watt's chain, opposite ones in Stephenson's.
+CASES = ("change-point", "smooth", "smooth", "locks", "smooth")
+DRIVES = ("speed", "free", "torque", "torque_table")
+FOUR_BAR = {"O": ("frame", "crank"), "A": ("crank", "rod"), "B": ("rod", "rocker"), "C": ("frame", "rocker")}
+SLIDER_CRANK = {"O": ("frame", "crank"), "A": ("crank", "rod"), "B": ("rod", "slider")}
+# A six-bar's second dyad joins neighbours of the first loop in Watt's chain, opposite links in Stephenson's.
 HANGS = {
-    "watt": (("rod", "rocker"), ("crank", "rod"), ("rocker", "frame"), ("crank", "frame")),
-    "stephenson": (("rod", "frame"), ("crank", "rocker")),
+    "watt": (("rod", "rocker"), ("crank", "rod"), ("frame", "rocker"), ("frame", "crank")),
+    "stephenson": (("frame", "rod"), ("crank", "rocker")),
 }
 
 
 def scene(kind, i):
     """Return the complete mapping of one random scene."""
     rng = np.random.default_rng([zlib.crc32(kind.encode()), i])
-    case = CASES[i % len(CASES)]
-    # Drawn evenly: of the smooth ones, speeds in two of five; of change points, every other.
-    drive = ("speed", "free", "speed", "torque", "table")[(i // 5 + i) % 5] if case == "smooth" else "speed"
-    if case == "change-point" and (i // 5) % 2:
-        drive = ("free", "torque", "table")[(i // 10) % 3]
+    case, k = CASES[i % 5], i // 5
+    smooth = DRIVES[(k + i) % 4]
+    drive = {"smooth": smooth, "locks": "speed", "change-point": DRIVES[1 + k // 2 % 3] if k % 2 else "speed"}[case]
     while True:
-        candidate = draw(rng, kind, case, drive)
-        if candidate is not None:
-            candidate["scene"] = {"name": f"{kind}-{i}", "title": f"{kind} {i}, {case}, {drive}", "description": ""}
-            return candidate
+        try:
+            drawn = draw(rng, kind, case, drive)
+            if drawn and drive_it(rng, drawn, case, drive):
+                drawn["scene"] = {"name": f"{kind}-{i}", "title": f"{kind} {i}: {case}, {drive}", "description": ""}
+                return drawn
+        except Lost:
+            pass
 
 
 def draw(rng, kind, case, drive):
-    """Return one candidate, or None where it does not suit its case."""
-    slider = kind == "slider-crank"
-    lengths = slider_lengths(rng, case) if slider else bar_lengths(rng, case, drive)
-    O = complex(*rng.uniform(-0.2, 0.2, 2)) if rng.random() < 0.5 else 0j  # noqa: E741
-    gamma, theta = rng.uniform(-math.pi, math.pi, 2)
-    a, b = lengths[:2]
-    A = O + a * np.exp(1j * theta)
-    side = rng.choice([-1, 1])
-    if slider:
-        along = np.exp(1j * gamma)
-        line = O + 1j * along * lengths[2]
-        z = (A - line) * np.conj(along)
-        if abs(z.imag) > 0.9 * b:
-            return None
-        B = line + along * (z.real + side * math.sqrt(b * b - z.imag**2))
-        sines = [abs(((B - A) * np.conj(along)).real) / b, abs(((A - O) * np.conj(B - A)).imag) / (a * b)]
-    else:
-        c, d = lengths[2:]
-        C = O + d * np.exp(1j * gamma)
-        B = corner(A, b, C, c, side)
-        if B is None:
-            return None
-        sines = [abs(((B - A) * np.conj(B - C)).imag) / (b * c), abs(((A - O) * np.conj(B - A)).imag) / (a * b)]
-    if min(sines) < 0.35:
-        return None
-
-    lines = {"crank": (O, A), "rod": (A, B)} | ({} if slider else {"rocker": (C, B)})
-    names = {"crank": "OA", "rod": "AB", "rocker": "CB", "five": "DE", "six": "FE"}
-    places = {"O": O, "A": A, "B": B} | ({} if slider else {"C": C})
-    joined = {"O": ["frame", "crank"], "A": ["crank", "rod"], "B": ["rod", "slider" if slider else "rocker"]}
-    if not slider:
-        joined["C"] = ["frame", "rocker"]
+    """Return a linkage with its springs and drive, or None where its lengths cannot be."""
+    pins = dict(SLIDER_CRANK if kind == "slider-crank" else FOUR_BAR)
     if kind in HANGS:
-        for pin, body, hung in zip("DF", HANGS[kind][rng.integers(len(HANGS[kind]))], ("five", "six"), strict=True):
-            P, Q = lines.get(body, (O, O + 0.3 * np.exp(1j * gamma)))
-            places[pin] = P + (Q - P) * complex(rng.uniform(0.3, 1.3), rng.uniform(-0.6, 0.6))
-            joined[pin] = [body, hung]
-        D, F = places["D"], places["F"]
-        if abs(D - F) < 0.1:
-            return None
-        tall = rng.uniform(0.25, 0.4) if case == "dead" else rng.uniform(0.5, 1.2)
-        places["E"] = D + (F - D) * complex(rng.uniform(0.3, 0.7), tall * rng.choice([-1, 1]))
-        joined["E"] = ["five", "six"]
-        lines |= {"five": (D, places["E"]), "six": (F, places["E"])}
-
-    bodies, turns = {}, {}
-    for body, (P, Q) in lines.items():
-        pins = {pin: places[pin] for pin, ends in joined.items() if body in ends}
-        bodies[body], turns[body] = link(rng, P, Q, pins, names[body])
-    if slider:
-        own = complex(*rng.uniform(-0.05, 0.05, 2))
-        turns["slider"] = math.degrees(gamma) + rng.choice([0.0, 90.0, rng.uniform(-90, 90)])
-        turn = np.exp(1j * math.radians(turns["slider"]))
-        bodies["slider"] = {"mass": rng.uniform(0.3, 2), "inertia": rng.uniform(1e-3, 5e-3), "centroid": [0.01, -0.02]}
-        # The line is the centroid's; that of B goes through `line`.
-        center = line - turn * (own - complex(0.01, -0.02))
-        bodies["slider"]["points"] = {"B": pair(own)}
-    order = rng.permutation(list(bodies)).tolist()
-    bodies = {body: bodies[body] for body in order}
-
-    pins = {}
-    for pin, ends in joined.items():
-        if ends[0] != "frame" and rng.random() < 0.5:
-            ends.reverse()
-        pins[pin] = {"joins": [f"{b}.{point(bodies, b, pin)}" if b != "frame" else b for b in sorted(ends, key=lambda b: b != "frame")]}  # fmt: skip
-        pins[pin]["point"] = pair(places[pin]) if "frame" in ends else [0.0, 0.0]
-    made = {"body": bodies, "pin": pins, "guide": {}, "spring": springs(rng, bodies, places, case)}
-    if slider:
-        made["guide"]["G"] = {
-            "body": "slider", "on": "frame", "point": pair(center + along * rng.uniform(-0.1, 0.1)),
-            "direction_deg": math.degrees(gamma), "angle_deg": turns["slider"],
-        }  # fmt: skip
-    driven = "crank"
-    if drive == "speed" and case == "smooth":
-        driven = rng.choice(["crank", "crank", "rod"] + ([] if slider else ["rocker"])).item()
-    made["drive"] = drive_table(rng, driven, drive)
-    made["environment"] = {"gravity": 9.81 if rng.random() < 0.7 else 0.0}
-    made["guess"] = {body: {"angle_deg": float(round(turn))} for body, turn in turns.items()}
-    made["initial"] = {driven: {"angle_deg": float(turns[driven])}}
-    made["compare"] = {}
-    if drive == "speed":
-        made["drive"]["cycles"] = 1.0
-        made["output"] = {"samples_per_cycle": 200}
-        step = 60 / abs(made["drive"]["speed_rpm"]) / 20_000
-    else:
-        made["output"] = {"duration": round(rng.uniform(0.4, 1.0), 1), "samples": 200}
-        step = made["output"]["duration"] / 20_000
-    made["output"]["groups"] = ["accelerations", "joints", "energy"]
-    made["solver"] = {
-        "reference": {"formulation": "auto", "method": "dop853", "tolerance": 1e-10},
-        "exudyn": {"formulation": "full", "method": "auto", "step": step, "tolerance": 1e-9},
-    }
-    return finish(rng, made, case, drive)
-
-
-def finish(rng, made, case, drive):
-    """Add what needs the assembled linkage: load, rates, torques; None where the case does not come out."""
-    try:
-        linkage = Linkage(made)
-        frames = linkage.place(linkage.q)
-    except Lost:
+        one, other = HANGS[kind][rng.integers(len(HANGS[kind]))]
+        pins |= {"D": (one, "five"), "E": ("five", "six"), "F": (other, "six")}
+    place = {pin: complex(*rng.uniform(-0.3, 0.3, 2)) for pin in (*pins, "C")}
+    along = np.exp(1j * rng.uniform(-math.pi, math.pi))
+    if case == "change-point":
+        O, A, B = (place[pin] for pin in "OAB")  # noqa: E741
+        if kind == "slider-crank":  # crank and rod of one length, the line through O
+            place["B"] = O + 2 * ((A - O) * along.conjugate()).real * along
+        else:  # one sum of lengths, with signs, is 0
+            signs, c = rng.choice([-1, 1], 2), rng.uniform(0.1, 0.4)
+            d, base = abs(abs(A - O) + signs @ (abs(B - A), c)), abs(B - O)
+            foot = (base**2 + d**2 - c**2) / (2 * base)
+            if abs(foot) > 0.9 * d:
+                return None
+            place["C"] = O + (foot + 1j * math.sqrt(d**2 - foot**2)) * (B - O) / base
+    spots = [place[pin] for pin in pins]
+    if min(abs(p - q) for k, p in enumerate(spots) for q in spots[:k]) < 0.1:
         return None
-    body = rng.choice(["slider" if "slider" in made["body"] else "rocker", "rod"]).item()
+    bodies, angles = {}, {}
+    for body in rng.permutation(sorted({body for ends in pins.values() for body in ends} - {"frame"})).tolist():
+        bodies[body], angles[body] = body_of(rng, {pin: place[pin] for pin, ends in pins.items() if body in ends})
+    drawn = {"body": bodies, "pin": {}, "guide": {}, "spring": {}}
+    for pin, ends in pins.items():
+        if ends[0] == "frame":
+            joins = ["frame", name_of(pins, bodies, ends[1], pin)]
+        else:
+            joins = [name_of(pins, bodies, body, pin) for body in rng.permutation(ends).tolist()]
+        drawn["pin"][pin] = {"joins": joins, "point": pair(place[pin] if ends[0] == "frame" else 0j)}
+    if kind == "slider-crank":
+        turn = np.exp(1j * math.radians(angles["slider"]))
+        own = complex(*bodies["slider"]["centroid"]) - complex(*bodies["slider"]["points"]["B"])
+        drawn["guide"]["G"] = {
+            "body": "slider", "on": "frame", "point": pair(place["B"] + turn * own + along * rng.uniform(-0.1, 0.1)),
+            "direction_deg": math.degrees(np.angle(along)), "angle_deg": angles["slider"],
+        }  # fmt: skip
+    for k in range(rng.integers(0, 3)):
+        one, other = rng.permutation(list(bodies))[:2].tolist()
+        far = pair(1.5 * np.exp(1j * rng.uniform(-math.pi, math.pi)))
+        drawn["spring"][f"S{k}"] = {
+            "joins": [one + ".centroid" if rng.random() < 0.3 else "frame", other + ".centroid"], "point": far,
+            "stiffness": rng.uniform(20, 200), "length": rng.uniform(0.05, 1.5),
+            "damping": 0.0 if rng.random() < 0.5 or case == "change-point" else rng.uniform(0.5, 10),
+        }  # fmt: skip
+    driven = rng.choice(["crank", "rod"] if case == "smooth" else ["crank"]).item()
+    groups = {"groups": ["accelerations", "joints", "energy"]}
+    if drive == "speed":
+        drawn["drive"] = {"body": driven, "speed_rpm": rng.uniform(30, 200) * rng.choice([-1, 1]).item(), "cycles": 1.0}
+        drawn["output"], duration = {"samples_per_cycle": 200} | groups, 60 / abs(drawn["drive"]["speed_rpm"])
+    else:
+        duration = round(rng.uniform(0.4, 1.0), 1)
+        drawn["drive"] = {"body": driven} | ({"free": True} if drive == "free" else {})
+        drawn["output"] = {"duration": duration, "samples": 200} | groups
+    drawn["environment"] = {"gravity": 9.81 if rng.random() < 0.7 else 0.0}
+    drawn["initial"] = {driven: {"angle_deg": angles[driven]}}
+    drawn["guess"] = {body: {"angle_deg": float(round(angle))} for body, angle in angles.items()}
+    drawn["solver"] = {
+        "reference": {"formulation": "auto", "method": "dop853", "tolerance": 1e-10},
+        "exudyn": {"formulation": "full", "method": "auto", "step": duration / 20_000, "tolerance": 1e-9},
+    }
+    return drawn
+
+
+def drive_it(rng, drawn, case, drive):
+    """Add load, torque and rates; return whether the linkage does what its case says."""
+    linkage = Linkage(drawn)
+    start = linkage.place(linkage.x[linkage.k])
+    if linkage.rank(start) < 0.1:
+        return False
     if rng.random() < 0.25:
-        load = {"body": body, "surface": linkage.centroid(frames, body).v.imag + rng.uniform(-0.05, 0.02)}
-        load |= {"force": rng.uniform(10, 60), "depth": 0.05, "exponent": rng.choice([1.0, 1.5, 2.0]).item(), "table": []}
+        k = rng.integers(len(linkage.names))
+        load = {"body": linkage.names[k], "surface": float(start.centroids[0][k].imag + rng.uniform(-0.05, 0.02))}}
+        load |= {"table": [], "force": rng.uniform(10, 60), "depth": 0.05, "exponent": rng.choice([1.0, 1.5, 2.0]).item()}
         if rng.random() < 0.3:
             load |= {"force": 0.0, "table": [[0.0, 0.0], [0.02, rng.uniform(5, 30)], [0.1, rng.uniform(0, 60)]]}
-        made["load"] = load
+        drawn["load"] = load
     if drive == "speed":
-        lowest = scan(linkage)
-        suits = {"smooth": lowest > 0.1, "dead": lowest == 0, "change-point": lowest < 0.1}[case]
-        return made if suits else None
-    inertia = linkage.equation(frames, 0.0)[0]
+        lowest = scan(linkage, start)
+        return {"smooth": lowest > 0.1, "locks": lowest == 0, "change-point": lowest < 0.1}[case]
+    inertia = float(linkage.equation(start, 0.0)[0] / np.abs(start.angles[1]).max() ** 2)
     if drive == "torque":
-        made["drive"]["torque"] = inertia * rng.uniform(-30, 30)
-    if drive == "table":
-        inner = np.sort(rng.uniform(20, 340, rng.integers(2, 6))).tolist()
-        torques = (inertia * rng.uniform(-40, 40, len(inner) + 1)).tolist()
-        made["drive"]["torque_table"] = [list(p) for p in zip([0.0, *inner, 360.0], [*torques, torques[0]], strict=True)]
-    if drive == "free" and rng.random() < 0.3:
-        del made["drive"]["body"]
-    if case == "smooth" and rng.random() < 0.25:
-        return made  # at rest
-    ratios = linkage.ratios(frames)
-    mover = rng.choice([b for b in made["body"] if b != "slider" and ratios[b] > 0.3]).item()
-    speed = rng.uniform(6, 15) if case == "change-point" else rng.uniform(2, 10)
-    rate = speed * rng.choice([-1, 1]) / max(1, *ratios.values())
-    velocity = linkage.centroid(frames, mover).d * rate
-    if rng.random() < 0.3 and abs(velocity.imag) > abs(velocity.real) / 2:
-        rates = {"vy": velocity.imag}
-    else:
-        rates = {"omega": frames[mover].angular[0] * rate}
-    made["initial"].setdefault(mover, {}).update({key: float(value) for key, value in rates.items()})
-    if rng.random() < 0.3:  # the position by another coordinate
-        row = made["initial"]["crank"]
-        del row["angle_deg"]
-        mover = rng.choice(list(made["body"])).item()
-        slope = linkage.centroid(frames, mover).d
-        key = "x" if abs(slope.real) > abs(slope.imag) else "y"
-        if abs(slope) < 0.02:
-            return None
-        place = linkage.centroid(frames, mover).v
-        made["initial"].setdefault(mover, {})[key] = float(place.real if key == "x" else place.imag)
-        made["initial"] = {body: row for body, row in made["initial"].items() if row}
-    return made
+        drawn["drive"]["torque"] = inertia * rng.uniform(-30, 30)
+    if drive == "torque_table":
+        degrees = [0.0, *np.sort(rng.uniform(20, 340, rng.integers(2, 6))).tolist(), 360.0]
+        torques = (inertia * rng.uniform(-40, 40, len(degrees))).tolist()
+        torques[-1] = torques[0]
+        drawn["drive"]["torque_table"] = [list(row) for row in zip(degrees, torques, strict=True)]
+    if case == "smooth" and rng.random() < 0.2:
+        return True  # from rest
+    k = int(rng.choice(np.flatnonzero(np.abs(start.angles[1]) > 0.3 * np.abs(start.angles[1]).max())))
+    rate = rng.choice([-1, 1]) * (rng.uniform(6, 15) if case == "change-point" else rng.uniform(2, 10))
+    slope = start.angles[1] / start.angles[1][k]
+    rate /= max(1.0, np.abs(slope).max())
+    velocity = start.centroids[1][k] / start.angles[1][k] * rate
+    key = rng.choice(["omega", "vx", "vy"], p=[0.7, 0.15, 0.15]).item()
+    value = {"omega": rate, "vx": velocity.real, "vy": velocity.imag}[key]
+    if abs(value) < 0.3 * min(abs(rate), abs(velocity)):
+        return False
+    drawn["initial"].setdefault(linkage.names[k], {})[key] = float(value)
+    if rng.random() < 0.3:  # the position by a centroid's coordinate
+        (driven,) = [body for body, row in drawn["initial"].items() if "angle_deg" in row]
+        del drawn["initial"][driven]["angle_deg"]
+        where, slope = start.centroids[0][k], start.centroids[1][k]
+        across = abs(slope.real) > abs(slope.imag)
+        if abs(slope) < 0.03 * abs(start.angles[1][k]):
+            return False
+        drawn["initial"][linkage.names[k]]["x" if across else "y"] = float(where.real if across else where.imag)
+        drawn["initial"] = {body: row for body, row in drawn["initial"].items() if row}
+    return True
 
 
-def scan(linkage):
-    """Return the smallest singular value of a turn over that of the start, 0 where the linkage does not close."""
-    values = []
-    for k in range(145):
-        try:
-            values.append(linkage.rank(linkage.place(linkage.q + math.copysign(k * math.pi / 72, linkage.rate))))
-        except Lost:
-            return 0.0
-    return min(values) / values[0]
+def scan(linkage, start):
+    """Return the smallest singular value of a turn over that of the start, 0 where the linkage locks."""
+    first = linkage.rank(start)
+    low, q = first, linkage.x[linkage.k]
+    try:
+        for k in range(1, 181):
+            low = min(low, linkage.rank(linkage.place(q + math.copysign(k * math.pi / 90, linkage.rate))))
+    except Lost:
+        return 0.0
+    return low / first
 
 
-def bar_lengths(rng, case, drive):
-    """Return crank, rod, rocker, ground: by Grashof's sum of shortest and longest less the others."""
-    while True:
-        lengths = rng.uniform(0.1, 0.5, 4)
-        s, p, q, longest = np.sort(lengths)
-        if case == "change-point":
-            style = rng.random()
-            if style < 0.2:  # parallelogram
-                lengths = lengths[[0, 1, 0, 1]]
-            elif style < 0.3:  # kite
-                lengths = lengths[[0, 1, 1, 0]]
-            else:
-                lengths[np.argmax(lengths)] = p + q - s
-            return [float(x) for x in lengths] if lengths.max() < 0.8 else bar_lengths(rng, case, drive)
-        signs = [lengths @ (1, i, j, k) for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]
-        if min(map(abs, signs)) > 0.03 and (case != "dead" or s + longest > p + q):
-            return [float(x) for x in lengths]
-
-
-def slider_lengths(rng, case):
-    """Return crank, rod and the line's distance from O."""
-    a, b = rng.uniform(0.1, 0.4, 2).tolist()
-    if case == "change-point":
-        return a, a, 0.0
-    offset = rng.uniform(-0.1, 0.1)
-    if case == "dead":
-        return max(a, b), min(a, b), offset
-    if min(abs(abs(a - b) - abs(offset)), abs(a + b - abs(offset))) < 0.03:
-        return slider_lengths(rng, case)
-    return a, b, offset
-
-
-def corner(P, r, Q, s, side):
-    """Return the third corner of a triangle, or None."""
-    D = Q - P
-    along = 0.5 + (r * r - s * s) / (2 * abs(D) ** 2)
-    high = r * r / abs(D) ** 2 - along**2
-    return P + D * (along + 1j * side * math.sqrt(high)) if high > 0 else None
-
-
-def link(rng, P, Q, pins, ends):
-    """Return a body from P to Q and its angle (deg): half by length, half in a frame of its own."""
-    length = abs(Q - P)
-    turn, origin = (Q - P) / length, P
-    keys = {ends[0]: "start", ends[1]: "end"}
-    mass = rng.uniform(0.2, 3)
-    body = {"mass": mass, "inertia": mass * length**2 / 12 * rng.uniform(0.5, 2)}
-    center = P + (Q - P) * complex(rng.uniform(0.2, 0.8), rng.uniform(-0.15, 0.15))
-    if rng.random() < 0.5:
-        body["length"] = length
-    else:
-        turn *= np.exp(1j * rng.uniform(-3, 3))
-        origin = P + complex(*rng.uniform(-0.2, 0.2, 2))
-        keys = {}
-    body["centroid"] = pair((center - origin) / turn)
-    body["points"] = {keys.get(pin, pin): pair((place - origin) / turn) for pin, place in pins.items()}
-    if keys:
-        body["points"] |= {"start": [0.0, 0.0], "end": [length, 0.0]}
+def body_of(rng, pins):
+    """Return a body through given pins and its angle (deg): half by a length, half in a frame of its own."""
+    places = list(pins.values())
+    turn, origin = np.exp(1j * rng.uniform(-math.pi, math.pi)), complex(*rng.uniform(-0.3, 0.3, 2))
+    names, body = list(pins), {"mass": rng.uniform(0.2, 3)}
+    body["inertia"] = body["mass"] * rng.uniform(1e-3, 2e-2)
+    if len(pins) > 1 and rng.random() < 0.5:
+        body["length"], origin = abs(places[1] - places[0]), places[0]
+        turn = (places[1] - places[0]) / body["length"]
+        names[:2] = "start", "end"
+    body["centroid"] = pair((np.mean(places) + complex(*rng.uniform(-0.05, 0.05, 2)) - origin) / turn)
+    body["points"] = {name: pair((place - origin) / turn) for name, place in zip(names, places, strict=True)}
+    if "length" in body:
+        body["points"] |= {"start": [0.0, 0.0], "end": [body["length"], 0.0]}
     return body, math.degrees(np.angle(turn))
 
 
-def point(bodies, body, pin):
-    """Return the name of a body's point at a pin."""
-    points = bodies[body]["points"]
-    if pin in points:
-        return pin
-    return "start" if pin in "ODF" or (pin, body) in (("A", "rod"), ("C", "rocker")) else "end"
-
-
-def springs(rng, bodies, places, case):
-    """Return up to two springs, from the frame to a centroid or between two bodies."""
-    table = {}
-    for k in range(rng.integers(0, 3)):
-        first, second = rng.permutation(list(bodies))[:2].tolist()
-        spring = {"joins": [f"{first}.centroid", f"{second}.centroid"], "point": [0.0, 0.0]}
-        if rng.random() < 0.7:
-            away = places["A"] + 1.5 * np.exp(1j * rng.uniform(-math.pi, math.pi))
-            spring = {"joins": ["frame", f"{second}.centroid"], "point": pair(away)}
-        spring |= {"stiffness": rng.uniform(20, 500), "length": rng.uniform(0.05, 1.5)}
-        spring["damping"] = 0.0 if rng.random() < 0.5 or case == "change-point" else rng.uniform(0.5, 10)
-        table[f"S{k}"] = spring
-    return table
-
-
-def drive_table(rng, driven, drive):
-    if drive == "speed":
-        return {"body": driven, "speed_rpm": rng.uniform(30, 200) * rng.choice([-1, 1]).item()}
-    return {"body": driven, "free": True} if drive == "free" else {"body": driven}
+def name_of(pins, bodies, body, pin):
+    """Return BODY.POINT of a pin: points are in the order of the pins."""
+    k = [name for name, ends in pins.items() if body in ends].index(pin)
+    return f"{body}.{list(bodies[body]['points'])[k]}"
 
 
 def pair(z):
