@@ -1,13 +1,13 @@
 """A minimal-coordinate program for linkages of one degree of freedom, and the balance of each body.
 
-Every body has one coordinate, its angle or its travel along its guide. Walking the pins from the frame gives each
-point as a sum of turned arms; pins left over close loops. One coordinate q of the linkage drives the others through
-the loops, with influence coefficients x' = dx/dq, and Eksergian's equation moves it:
+Every body has one coordinate, its angle or its travel along its guide. Walking the pins from the frame gives
+each point as a sum of turned arms; pins left over close loops. One coordinate q of the linkage drives the
+others through the loops, with influence coefficients x' = dx/dq, and Eksergian's equation moves it:
 
     M q'' + 1/2 M' q'^2 = Q,    M = sum m |c'|^2 + J phi'^2
 
-Where q comes to a dead position another coordinate takes over. `balance` is a second formulation: Newton and Euler for
-each body at the sampled state, which also gives what the joints carry.
+Where q comes to a dead position another coordinate takes over. `balance` is a second formulation: Newton's
+and Euler's equations of each body at the sampled state, which also give what the joints carry.
 """
 
 import math
@@ -21,21 +21,19 @@ SINGULAR = 1e-3
 """Smallest singular value over that of the start: there a run ends."""
 
 
-class Lost(ArithmeticError):
+class LostError(ArithmeticError):
     """Loops that do not close."""
 
 
 @dataclass
 class Place:
-    """Coordinates and their derivatives along q; centroids with theirs; angles phi, phi', phi''."""
+    """Coordinates and x' (m, rad); centroids, angles, springs' lengths, with derivatives."""
 
     x: np.ndarray
     dx: np.ndarray
-    ddx: np.ndarray
     centroids: tuple
     angles: tuple
     lengths: tuple
-    """Of the springs, with first derivatives."""
 
 
 class Linkage:
@@ -44,20 +42,20 @@ class Linkage:
     def __init__(self, scene):
         self.scene, self.names = scene, list(scene["body"])
         bodies, n = scene["body"].values(), len(scene["body"])
-        self.mass, self.inertia, self.own = (
-            np.array([f(body) for body in bodies])
-            for f in (lambda b: b["mass"], lambda b: b["inertia"], lambda b: complex(*b["centroid"]))
-        )
+        self.mass = np.array([body["mass"] for body in bodies])
+        self.inertia = np.array([body["inertia"] for body in bodies])
+        self.own = np.array([complex(*body["centroid"]) for body in bodies])
         self.along, fixed = np.zeros(n, complex), np.append(np.zeros(n), 1.0)
         # Affine in exp(i angle) or travel x along: coefficients, then the constant.
         self.frames = {"frame": (0j * fixed, fixed)}
         self.tilt = np.zeros(n)
-        for guide in scene.get("guide", {}).values():
+        for guide in scene["guide"].values():
             k = self.names.index(guide["body"])
             self.along[k] = np.exp(1j * math.radians(guide["direction_deg"]))
             self.tilt[k] = math.radians(guide["angle_deg"])
             turn = np.exp(1j * self.tilt[k]) * fixed
-            self.frames[self.names[k]] = complex(*guide["point"]) * fixed + np.eye(n + 1)[k] - turn * self.own[k], turn
+            origin = complex(*guide["point"]) * fixed + np.eye(n + 1)[k] - turn * self.own[k]
+            self.frames[self.names[k]] = origin, turn
         loops, pins = [], [self.ends(pin) for pin in scene["pin"].values()]
         while pins:
             ends = next(ends for ends in pins if any(body in self.frames for body, _ in ends))
@@ -70,7 +68,7 @@ class Linkage:
                 self.frames[other] = self.at(one, own) - turn * there, turn
         self.loops = np.array(loops)
         self.middles = np.array([self.at(name, own) for name, own in zip(self.names, self.own, strict=True)])
-        self.springs = list(scene.get("spring", {}).values())
+        self.springs = list(scene["spring"].values())
         spans = [self.at(*second) - self.at(*first) for first, second in map(self.ends, self.springs)]
         self.spans = np.array(spans).reshape(-1, n + 1)
         self.assemble()
@@ -87,10 +85,14 @@ class Linkage:
         """Return exp(i angle) or travel x along, with first and second derivatives."""
         guided = self.along != 0
         u = np.exp(1j * x)
-        return np.where(guided, x * self.along, u), np.where(guided, self.along, 1j * u), np.where(guided, 0, -u)
+        return (
+            np.where(guided, x * self.along, u),
+            np.where(guided, self.along, 1j * u),
+            np.where(guided, 0, -u),
+        )
 
     def closure(self, x):
-        """Return the loops' gaps and their derivatives along the coordinates, real parts then imaginary ones."""
+        """Return the loops' gaps and their derivatives by coordinate, real parts then imaginary ones."""
         u, du, _ = self.turned(x)
         return real(self.loops @ np.append(u, 1)), real(self.loops[:, :-1] * du)
 
@@ -103,20 +105,18 @@ class Linkage:
             try:
                 step = np.linalg.solve(np.vstack([rows, row]), -np.append(gap, more))
             except np.linalg.LinAlgError:
-                raise Lost from None
+                raise LostError from None
             x = x + step
             if np.abs(x - start)[self.along == 0].max() > 1:
-                raise Lost
+                raise LostError
             if np.abs(step).max() < 1e-8:  # the next one is its square
                 return x
-        raise Lost
+        raise LostError
 
     def place(self, q):
         """Return the linkage at its coordinate q, near where it was."""
         k = self.k
-        ahead = q - self.x[k]
-        curve = self.ddx * ahead**2 / 2
-        guess = self.x + self.dx * ahead + curve * (np.abs(curve).max() < 0.01)
+        guess = self.x + self.dx * (q - self.x[k])
         row = np.eye(len(guess))[k]
         x = self.newton(guess, lambda x: (x[k] - q, row))
         matrix = np.vstack([self.closure(x)[1], row])
@@ -124,14 +124,14 @@ class Linkage:
         u, du, ddu = self.turned(x)
         curved = ddu * dx**2
         ddx = np.linalg.solve(matrix, np.append(-real(self.loops[:, :-1] @ curved), 0))
-        self.x, self.dx, self.ddx = x, dx, ddx
+        self.x, self.dx = x, dx
         points = [np.vstack([self.middles, self.spans])[:, :-1] @ v for v in (u, du * dx, du * ddx + curved)]
         points[0] = points[0] + np.append(self.middles[:, -1], self.spans[:, -1])
         n = len(x)
         length = np.abs(points[0][n:])
         free = self.along == 0
         return Place(
-            x, dx, ddx, tuple(p[:n] for p in points), (np.where(free, x, self.tilt), dx * free, ddx * free),
+            x, dx, tuple(p[:n] for p in points), (np.where(free, x, self.tilt), dx * free, ddx * free),
             (length, (points[0][n:].conj() * points[1][n:]).real / length),
         )  # fmt: skip
 
@@ -140,7 +140,11 @@ class Linkage:
         scene = self.scene
         rows = {b: scene["guess"].get(b, {}) | scene["initial"].get(b, {}) for b in self.names}
         x = np.radians([row.get("angle_deg", 0.0) for row in rows.values()])
-        given = [(self.names.index(b), key, value) for b, row in scene["initial"].items() for key, value in row.items()]
+        given = [
+            (self.names.index(b), key, value)
+            for b, row in scene["initial"].items()
+            for key, value in row.items()
+        ]
         ((body, key, value),) = [row for row in given if row[1] in ("x", "y", "angle_deg")]
 
         def rest(x):
@@ -148,23 +152,21 @@ class Linkage:
                 return x[body] - math.radians(value), np.eye(len(x))[body]
             u, du, _ = self.turned(x)
             part = 1 if key == "x" else -1j
-            return (part * (self.middles[body] @ np.append(u, 1))).real - value, (part * self.middles[body, :-1] * du).real
+            return (part * (self.middles[body] @ np.append(u, 1))).real - value, (
+                part * self.middles[body, :-1] * du
+            ).real
 
         self.x = self.newton(x, rest)
         self.k = self.names.index(scene["drive"].get("body", self.names[body]))
         if self.along[self.k]:
             self.k = int(np.argmax(self.along == 0))
-        self.dx = self.ddx = np.zeros(len(x))
+        self.dx = np.zeros(len(x))
         place = self.place(self.x[self.k])
         self.rate = scene["drive"].get("speed_rpm", 0.0) * math.pi / 30
         for body, key, value in given:
             if key in ("vx", "vy", "omega"):
                 c = place.centroids[1][body]
                 self.rate = value / {"vx": c.real, "vy": c.imag, "omega": place.angles[1][body]}[key]
-
-    def moved(self, place):
-        """Return how far each body moves along q: angle, or travel over the longest arm."""
-        return np.abs(place.dx) / np.where(self.along == 0, 1, np.abs(self.loops).max())
 
     def equation(self, place, rate):
         """Return M, M', Q without a drive by speed, the power of a torque and that of dampers."""
@@ -186,9 +188,13 @@ class Linkage:
 
     def rank(self, place):
         """Return the smallest singular value of the bodies' constraints, lengths over the largest one."""
-        lengths = [abs(a - b) for body in self.scene["body"].values() for a in points(body) for b in points(body)]
-        matrix = jacobian(self.scene, place.centroids[0], place.angles[0])
-        matrix[:, 2::3] /= np.where(np.abs(matrix[:, ::3]).sum(1) + np.abs(matrix[:, 1::3]).sum(1) > 0, max(lengths), 1)[:, None]
+        size = max(np.ptp([*b["points"].values()], axis=0).max() for b in self.scene["body"].values())
+        centroids = place.centroids[0]
+        matrix = jacobian(
+            self.scene, np.column_stack([centroids.real, centroids.imag, place.angles[0]]).ravel()
+        )
+        shifts = np.abs(matrix).reshape(len(matrix), -1, 3)[:, :, :2].any(axis=(1, 2))
+        matrix[np.ix_(shifts, np.arange(matrix.shape[1]) % 3 == 2)] /= size
         return np.linalg.svd(matrix, compute_uv=False)[-1]
 
 
@@ -196,15 +202,13 @@ def real(z):
     return np.concatenate([z.real, z.imag])
 
 
-def points(body):
-    return [complex(*p) for p in body["points"].values()]
-
-
 def end_of(bodies, joint, end):
     body, _, point = end.partition(".")
     if body == "frame":
         return body, complex(*joint["point"])
-    return body, complex(*(bodies[body]["centroid"] if point == "centroid" else bodies[body]["points"][point]))
+    return body, complex(
+        *(bodies[body]["centroid"] if point == "centroid" else bodies[body]["points"][point])
+    )
 
 
 def tension(spring, length, rate):
@@ -226,7 +230,9 @@ def push(load, y):
         force = float(np.interp(h, depths, forces))
         return force, float(np.trapezoid([*forces[inside], force], [*depths[inside], h]))
     ratio, exponent = h / load["depth"], load["exponent"]
-    return load["force"] * ratio**exponent, load["force"] * load["depth"] * ratio ** (exponent + 1) / (exponent + 1)
+    return load["force"] * ratio**exponent, load["force"] * load["depth"] * ratio ** (exponent + 1) / (
+        exponent + 1
+    )
 
 
 @dataclass
@@ -246,7 +252,11 @@ def times(scene):
     output, drive = scene["output"], scene["drive"]
     if "speed_rpm" in drive:
         cycle = 60 / abs(drive["speed_rpm"])
-        return np.arange(round(drive["cycles"] * output["samples_per_cycle"]) + 1) * cycle / output["samples_per_cycle"]
+        return (
+            np.arange(round(drive["cycles"] * output["samples_per_cycle"]) + 1)
+            * cycle
+            / output["samples_per_cycle"]
+        )
     return np.arange(output["samples"] + 1) * output["duration"] / output["samples"]
 
 
@@ -254,7 +264,9 @@ def solve(scene, tolerance=1e-13):
     """Return the motion of a scene (complete mapping) at DOP853's relative tolerance."""
     linkage, grid = Linkage(scene), times(scene)
     run = Run(linkage, "speed_rpm" in scene["drive"], tolerance)
-    state = np.array([linkage.x[linkage.k], linkage.rate, 0.0, 0.0])  # q, its rate, work of the drive, dampers' heat
+    state = np.array(
+        [linkage.x[linkage.k], linkage.rate, 0.0, 0.0]
+    )  # q, its rate, work of the drive, dampers' heat
     rows, end, t = [run.sample(state)], None, 0.0
     for after in grid[1:]:
         while t < after and end is None:
@@ -280,7 +292,7 @@ class Run:
         q, rate = state[:2]
         try:
             M, dM, Q, power, damped = self.linkage.equation(self.linkage.place(q), rate)
-        except Lost:
+        except LostError:
             return np.full(4, np.nan)
         if self.driven:
             return np.array([rate, 0.0, (dM * rate**2 / 2 - Q) * rate, damped])
@@ -303,12 +315,12 @@ class Run:
             if end is not None:
                 break
             place = linkage.place(solver.y[0])
-            moved = linkage.moved(place)
+            # How far each goes along q: angles, and travels over the longest arm.
+            moved = np.abs(place.dx) / np.where(linkage.along == 0, 1, np.abs(linkage.loops).max())
             k = int(np.argmax(moved))
             if not self.driven and moved[k] > 3 * moved[linkage.k]:
                 slope = place.dx[k]
                 linkage.k, linkage.dx, self.step = k, place.dx / slope, None
-                linkage.ddx = (place.ddx - place.ddx[k] * linkage.dx) / slope**2
                 self.turns += 1
                 return solver.t, np.array([place.x[k], solver.y[1] * slope, *solver.y[2:]]), None
         return solver.t, solver.y, end
@@ -319,7 +331,7 @@ class Run:
         def sigma(t):
             try:
                 return self.linkage.rank(self.linkage.place(dense(t)[0])) / self.initial
-            except Lost:
+            except LostError:
                 return 0.0
 
         grid = np.linspace(t0, t1, 6)
@@ -357,7 +369,10 @@ class Run:
             row["drive.torque"] = dM * rate**2 / 2 - Q
         row |= {"energy_kinetic": M * rate**2 / 2, "energy_drive": work, "energy_damping": heat}
         row["energy_gravity"] = scene["environment"]["gravity"] * (linkage.mass @ place.centroids[0].imag)
-        stored = [s["stiffness"] * (x - s["length"]) ** 2 / 2 for s, x in zip(linkage.springs, place.lengths[0], strict=True)]
+        stored = [
+            s["stiffness"] * (x - s["length"]) ** 2 / 2
+            for s, x in zip(linkage.springs, place.lengths[0], strict=True)
+        ]
         row["energy_spring"] = sum(stored)
         if scene.get("load"):
             k = linkage.names.index(scene["load"]["body"])
@@ -365,79 +380,64 @@ class Run:
         return row
 
 
-def jacobian(scene, centroids, angles):
-    """Return the rows of pins (x, y of the second end less the first), guides (normal, angle) and speed.
+def gap(scene, joint, pose):
+    """Return second end less first (m, complex), and its derivatives along x, y, angle of each body."""
+    names, value, rows = list(scene["body"]), 0j, np.zeros((2, len(pose)))
+    for sign, end in zip((-1, 1), joint["joins"], strict=True):
+        body, own = end_of(scene["body"], joint, end)
+        if body != "frame":
+            k = 3 * names.index(body)
+            arm = np.exp(1j * pose[k + 2]) * (own - complex(*scene["body"][body]["centroid"]))
+            rows[:, k : k + 3] = sign * np.array([[1, 0, -arm.imag], [0, 1, arm.real]])
+            own = complex(*pose[k : k + 2]) + arm
+        value += sign * own
+    return value, rows
 
-    Columns: x, y, angle of each body.
-    """
-    names = list(scene["body"])
-    rows = []
-    for pin in scene["pin"].values():
-        pair = np.zeros((2, 3 * len(names)))
-        for sign, end in zip((-1, 1), pin["joins"], strict=True):
-            body, own = end_of(scene["body"], pin, end)
-            if body != "frame":
-                k = names.index(body)
-                arm = 1j * np.exp(1j * angles[k]) * (own - complex(*scene["body"][body]["centroid"]))
-                pair[:, 3 * k : 3 * k + 3] = sign * np.array([[1, 0, arm.real], [0, 1, arm.imag]])
-        rows += list(pair)
-    for guide in scene.get("guide", {}).values():
-        direction, pair, k = math.radians(guide["direction_deg"]), np.zeros((2, 3 * len(names))), names.index(guide["body"])
-        pair[0, 3 * k : 3 * k + 2] = -math.sin(direction), math.cos(direction)
-        pair[1, 3 * k + 2] = 1
-        rows += list(pair)
+
+def jacobian(scene, pose):
+    """Return the rows of pins, guides (normal, angle) and speed."""
+    unit, place = np.eye(len(pose)), {name: 3 * k for k, name in enumerate(scene["body"])}
+    rows = [gap(scene, pin, pose)[1] for pin in scene["pin"].values()]
+    for guide in scene["guide"].values():
+        k, direction = place[guide["body"]], math.radians(guide["direction_deg"])
+        rows.append([math.cos(direction) * unit[k + 1] - math.sin(direction) * unit[k], unit[k + 2]])
     if "speed_rpm" in scene["drive"]:
-        rows.append(np.eye(3 * len(names))[3 * names.index(scene["drive"]["body"]) + 2])
-    return np.array(rows)
+        rows.append(unit[[place[scene["drive"]["body"]] + 2]])
+    return np.vstack(rows)
 
 
 def balance(scene, columns):
-    """Return accelerations and what the joints carry, by the balance of each body at each sample of x, y, angle, rates."""
-    names, bodies = list(scene["body"]), scene["body"]
-    keys = [f"{pin}.reaction_{part}" for pin in scene["pin"] for part in "xy"]
-    keys += [f"{guide}.{part}" for guide in scene.get("guide", {}) for part in ("force", "moment")]
-    keys += ["drive.torque"] if "speed_rpm" in scene["drive"] else []
-    accelerations = [f"{name}.{key}" for name in names for key in ("ax", "ay", "alpha")]
-    mass = np.array([m for b in bodies.values() for m in (b["mass"], b["mass"], b["inertia"])])
-    result = {key: [] for key in accelerations + keys + [f"{s}.force" for s in scene.get("spring", {})]}
-    get = lambda key, i: np.array([columns[f"{name}.{key}"][i] for name in names])  # noqa: E731
-    for i in range(len(columns["time"])):
-        c, angle = get("x", i) + 1j * get("y", i), get("angle", i)
-        v, omega = get("vx", i) + 1j * get("vy", i), get("omega", i)
-        force = -1j * scene["environment"]["gravity"] * mass[::3]
-        moment = np.zeros(len(names))
-        if scene.get("load"):
-            k = names.index(scene["load"]["body"])
-            force[k] += 1j * push(scene["load"], c[k].imag)[0]
-        if "torque" in scene["drive"] or "torque_table" in scene["drive"]:
-            k = names.index(scene["drive"]["body"])
-            moment[k] += drive_torque(scene["drive"], angle[k])
-        for name, spring in scene.get("spring", {}).items():
-            ends = []
-            for end in spring["joins"]:
-                body, own = end_of(bodies, spring, end)
-                k = names.index(body) if body != "frame" else None
-                arm = 0j if k is None else np.exp(1j * angle[k]) * (own - complex(*bodies[body]["centroid"]))
-                ends.append((k, arm, own if k is None else c[k] + arm, 0j if k is None else v[k] + 1j * omega[k] * arm))
-            span, rate = ends[1][2] - ends[0][2], ends[1][3] - ends[0][3]
-            line = span / abs(span)
-            pull = tension(spring, abs(span), (line.conjugate() * rate).real)
-            result[f"{name}.force"].append(pull)
-            for (k, arm, *_), pulled in zip(ends, (pull * line, -pull * line), strict=True):
-                if k is not None:
-                    force[k] += pulled
-                    moment[k] += (arm.conjugate() * pulled).imag
-        applied = np.column_stack([force.real, force.imag, moment]).ravel()
-        rates = np.column_stack([v.real, v.imag, omega]).ravel()
-        rows = jacobian(scene, c, angle)
+    """Return accelerations, joint and spring forces by the balance of bodies, from places and rates."""
+    names, drive, load = list(scene["body"]), scene["drive"], scene.get("load")
+    keys = [f"{name}.{key}" for name in names for key in ("ax", "ay", "alpha")]
+    keys += [f"{pin}.reaction_{part}" for pin in scene["pin"] for part in "xy"]
+    keys += [f"{guide}.{part}" for guide in scene["guide"] for part in ("force", "moment")]
+    keys += ["drive.torque"] if "speed_rpm" in drive else []
+    mass = np.array([m for b in scene["body"].values() for m in (b["mass"], b["mass"], b["inertia"])])
+    poses, rates = (
+        np.transpose([columns[f"{name}.{key}"] for name in names for key in ends])
+        for ends in (("x", "y", "angle"), ("vx", "vy", "omega"))
+    )
+    result = []
+    for pose, rate in zip(poses, rates, strict=True):
+        applied, pulls = np.zeros(len(mass)), []
+        applied[1::3] = -scene["environment"]["gravity"] * mass[1::3]
+        if load:
+            k = 3 * names.index(load["body"]) + 1
+            applied[k] += push(load, pose[k])[0]
+        if "torque" in drive or "torque_table" in drive:
+            k = 3 * names.index(drive["body"]) + 2
+            applied[k] += drive_torque(drive, pose[k])
+        for spring in scene["spring"].values():
+            value, rows = gap(scene, spring, pose)
+            along = np.array([value.real, value.imag]) / abs(value) @ rows
+            pulls.append(tension(spring, abs(value), along @ rate))
+            applied -= pulls[-1] * along
+        rows = jacobian(scene, pose)
         # Rows turn with the bodies: their change along the motion, by central differences.
-        swing = 1e-4 / max(1.0, np.abs(omega).max())
-        ahead, behind = (jacobian(scene, c, angle + sign * swing * omega) for sign in (1, -1))
-        gamma = -(ahead - behind) @ rates / (2 * swing)
-        full = np.block([[np.diag(mass), rows.T], [rows, np.zeros((len(rows), len(rows)))]])
-        solution = np.linalg.solve(full, np.append(applied, gamma))
-        for key, value in zip(accelerations + keys, solution * np.repeat([1, -1], [len(mass), len(rows)]), strict=True):
-            result[key].append(value)
-    return {key: np.array(value) for key, value in result.items()}
-
-
+        h = 1e-4 / max(1.0, np.abs(rate).max())
+        bend = (jacobian(scene, pose + h * rate) - jacobian(scene, pose - h * rate)) @ rate / (2 * h)
+        full = np.block([[np.diag(mass), -rows.T], [rows, np.zeros((len(rows), len(rows)))]])
+        result.append([*np.linalg.solve(full, np.append(applied, -bend)), *pulls])
+    keys += [f"{spring}.force" for spring in scene["spring"]]
+    return dict(zip(keys, np.transpose(result), strict=True))

@@ -1,14 +1,14 @@
-"""Random linkage scenes: four-bars, slider-cranks, Watt and Stephenson six-bars, some that pass singular positions.
+"""Random linkage scenes: four-bars, slider-cranks, Watt and Stephenson six-bars.
 
-`scene(kind, i)` is the same at every call. Of five in a row one has the lengths of a change point and one is driven by
-its speed until it locks; the others turn freely where their drive is a speed and swing as they like without.
+`scene(kind, i)` is the same at every call. Of five in a row one has the lengths of a change point and one is
+driven by its speed until it locks; the others turn freely if driven by speed, else swing as they like.
 """
 
 import math
 import zlib
 
 import numpy as np
-from linkage_oracle import Linkage, Lost
+from linkage_oracle import Linkage, LostError
 
 KINDS = ("four-bar", "slider-crank", "watt", "stephenson")
 CASES = ("change-point", "smooth", "smooth", "locks", "smooth")
@@ -26,15 +26,17 @@ def scene(kind, i):
     """Return the complete mapping of one random scene."""
     rng = np.random.default_rng([zlib.crc32(kind.encode()), i])
     case, k = CASES[i % 5], i // 5
-    smooth = DRIVES[(k + i) % 4]
-    drive = {"smooth": smooth, "locks": "speed", "change-point": DRIVES[1 + k // 2 % 3] if k % 2 else "speed"}[case]
+    drive = DRIVES[(k + i) % 4] if case == "smooth" else "speed"
+    if case == "change-point" and k % 2:
+        drive = DRIVES[1 + k // 2 % 3]
     while True:
         try:
             drawn = draw(rng, kind, case, drive)
             if drawn and drive_it(rng, drawn, case, drive):
-                drawn["scene"] = {"name": f"{kind}-{i}", "title": f"{kind} {i}: {case}, {drive}", "description": ""}
+                title = f"{kind} {i}: {case}, {drive}"
+                drawn["scene"] = {"name": f"{kind}-{i}", "title": title, "description": ""}
                 return drawn
-        except Lost:
+        except LostError:
             pass
 
 
@@ -60,9 +62,11 @@ def draw(rng, kind, case, drive):
     spots = [place[pin] for pin in pins]
     if min(abs(p - q) for k, p in enumerate(spots) for q in spots[:k]) < 0.1:
         return None
+    names = sorted({body for ends in pins.values() for body in ends} - {"frame"})
     bodies, angles = {}, {}
-    for body in rng.permutation(sorted({body for ends in pins.values() for body in ends} - {"frame"})).tolist():
-        bodies[body], angles[body] = body_of(rng, {pin: place[pin] for pin, ends in pins.items() if body in ends})
+    for body in rng.permutation(names).tolist():
+        mine = {pin: place[pin] for pin, ends in pins.items() if body in ends}
+        bodies[body], angles[body] = body_of(rng, mine)
     drawn = {"body": bodies, "pin": {}, "guide": {}, "spring": {}}
     for pin, ends in pins.items():
         if ends[0] == "frame":
@@ -71,25 +75,26 @@ def draw(rng, kind, case, drive):
             joins = [name_of(pins, bodies, body, pin) for body in rng.permutation(ends).tolist()]
         drawn["pin"][pin] = {"joins": joins, "point": pair(place[pin] if ends[0] == "frame" else 0j)}
     if kind == "slider-crank":
-        turn = np.exp(1j * math.radians(angles["slider"]))
-        own = complex(*bodies["slider"]["centroid"]) - complex(*bodies["slider"]["points"]["B"])
-        drawn["guide"]["G"] = {
-            "body": "slider", "on": "frame", "point": pair(place["B"] + turn * own + along * rng.uniform(-0.1, 0.1)),
-            "direction_deg": math.degrees(np.angle(along)), "angle_deg": angles["slider"],
-        }  # fmt: skip
+        slider = bodies["slider"]
+        arm = complex(*slider["centroid"]) - complex(*slider["points"]["B"])
+        middle = place["B"] + np.exp(1j * math.radians(angles["slider"])) * arm
+        guide = {"body": "slider", "on": "frame", "point": pair(middle + along * rng.uniform(-0.1, 0.1))}
+        guide |= {"direction_deg": math.degrees(np.angle(along)), "angle_deg": angles["slider"]}
+        drawn["guide"]["G"] = guide
     for k in range(rng.integers(0, 3)):
-        one, other = rng.permutation(list(bodies))[:2].tolist()
-        far = pair(1.5 * np.exp(1j * rng.uniform(-math.pi, math.pi)))
-        drawn["spring"][f"S{k}"] = {
-            "joins": [one + ".centroid" if rng.random() < 0.3 else "frame", other + ".centroid"], "point": far,
-            "stiffness": rng.uniform(20, 200), "length": rng.uniform(0.05, 1.5),
-            "damping": 0.0 if rng.random() < 0.5 or case == "change-point" else rng.uniform(0.5, 10),
-        }  # fmt: skip
+        one, other = rng.permutation(names)[:2].tolist()
+        joins = [f"{one}.centroid" if rng.random() < 0.3 else "frame", f"{other}.centroid"]
+        spring = {"joins": joins, "point": pair(1.5 * np.exp(1j * rng.uniform(-math.pi, math.pi)))}
+        spring |= {"stiffness": rng.uniform(20, 200), "length": rng.uniform(0.05, 1.5)}
+        spring["damping"] = 0.0 if rng.random() < 0.5 or case == "change-point" else rng.uniform(0.5, 10)
+        drawn["spring"][f"S{k}"] = spring
     driven = rng.choice(["crank", "rod"] if case == "smooth" else ["crank"]).item()
     groups = {"groups": ["accelerations", "joints", "energy"]}
     if drive == "speed":
-        drawn["drive"] = {"body": driven, "speed_rpm": rng.uniform(30, 200) * rng.choice([-1, 1]).item(), "cycles": 1.0}
-        drawn["output"], duration = {"samples_per_cycle": 200} | groups, 60 / abs(drawn["drive"]["speed_rpm"])
+        speed = rng.uniform(30, 200) * rng.choice([-1, 1]).item()
+        duration = 60 / abs(speed)
+        drawn["drive"] = {"body": driven, "speed_rpm": speed, "cycles": 1.0}
+        drawn["output"] = {"samples_per_cycle": 200} | groups
     else:
         duration = round(rng.uniform(0.4, 1.0), 1)
         drawn["drive"] = {"body": driven} | ({"free": True} if drive == "free" else {})
@@ -112,10 +117,17 @@ def drive_it(rng, drawn, case, drive):
         return False
     if rng.random() < 0.25:
         k = rng.integers(len(linkage.names))
-        load = {"body": linkage.names[k], "surface": float(start.centroids[0][k].imag + rng.uniform(-0.05, 0.02))}}
-        load |= {"table": [], "force": rng.uniform(10, 60), "depth": 0.05, "exponent": rng.choice([1.0, 1.5, 2.0]).item()}
+        surface = start.centroids[0][k].imag + rng.uniform(-0.05, 0.02)
+        load = {
+            "body": linkage.names[k],
+            "surface": float(surface),
+            "force": rng.uniform(10, 60),
+            "table": [],
+        }
+        load |= {"depth": 0.05, "exponent": rng.choice([1.0, 1.5, 2.0]).item()}
         if rng.random() < 0.3:
-            load |= {"force": 0.0, "table": [[0.0, 0.0], [0.02, rng.uniform(5, 30)], [0.1, rng.uniform(0, 60)]]}
+            rows = [[0.0, 0.0], [0.02, rng.uniform(5, 30)], [0.1, rng.uniform(0, 60)]]
+            load |= {"force": 0.0, "table": rows}
         drawn["load"] = load
     if drive == "speed":
         lowest = scan(linkage, start)
@@ -147,7 +159,8 @@ def drive_it(rng, drawn, case, drive):
         across = abs(slope.real) > abs(slope.imag)
         if abs(slope) < 0.03 * abs(start.angles[1][k]):
             return False
-        drawn["initial"][linkage.names[k]]["x" if across else "y"] = float(where.real if across else where.imag)
+        key, value = ("x", where.real) if across else ("y", where.imag)
+        drawn["initial"][linkage.names[k]][key] = float(value)
         drawn["initial"] = {body: row for body, row in drawn["initial"].items() if row}
     return True
 
@@ -159,7 +172,7 @@ def scan(linkage, start):
     try:
         for k in range(1, 181):
             low = min(low, linkage.rank(linkage.place(q + math.copysign(k * math.pi / 90, linkage.rate))))
-    except Lost:
+    except LostError:
         return 0.0
     return low / first
 
