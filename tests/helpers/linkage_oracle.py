@@ -190,7 +190,7 @@ class Linkage:
         """Return the smallest singular value of the bodies' constraints, lengths over the largest one."""
         size = max(np.ptp([*b["points"].values()], axis=0).max() for b in self.scene["body"].values())
         centroids = place.centroids[0]
-        matrix = jacobian(
+        matrix, _ = jacobian(
             self.scene, np.column_stack([centroids.real, centroids.imag, place.angles[0]]).ravel()
         )
         shifts = np.abs(matrix).reshape(len(matrix), -1, 3)[:, :, :2].any(axis=(1, 2))
@@ -381,29 +381,32 @@ class Run:
 
 
 def gap(scene, joint, pose):
-    """Return second end less first (m, complex), and its derivatives along x, y, angle of each body."""
-    names, value, rows = list(scene["body"]), 0j, np.zeros((2, len(pose)))
+    """Return second end less first (m, complex), with derivatives by x, y, angle of each body: rows, second."""
+    names, value, rows, second = list(scene["body"]), 0j, np.zeros((2, len(pose))), np.zeros((2, len(pose)))
     for sign, end in zip((-1, 1), joint["joins"], strict=True):
         body, own = end_of(scene["body"], joint, end)
         if body != "frame":
             k = 3 * names.index(body)
             arm = np.exp(1j * pose[k + 2]) * (own - complex(*scene["body"][body]["centroid"]))
             rows[:, k : k + 3] = sign * np.array([[1, 0, -arm.imag], [0, 1, arm.real]])
+            second[:, k + 2] = -sign * arm.real, -sign * arm.imag
             own = complex(*pose[k : k + 2]) + arm
         value += sign * own
-    return value, rows
+    return value, rows, second
 
 
 def jacobian(scene, pose):
-    """Return the rows of pins, guides (normal, angle) and speed."""
+    """Return the rows of pins, guides (normal, angle) and speed, and their second derivatives."""
     unit, place = np.eye(len(pose)), {name: 3 * k for k, name in enumerate(scene["body"])}
-    rows = [gap(scene, pin, pose)[1] for pin in scene["pin"].values()]
+    pins = [gap(scene, pin, pose) for pin in scene["pin"].values()]
+    rows = [rows for _, rows, _ in pins]
     for guide in scene["guide"].values():
         k, direction = place[guide["body"]], math.radians(guide["direction_deg"])
         rows.append([math.cos(direction) * unit[k + 1] - math.sin(direction) * unit[k], unit[k + 2]])
     if "speed_rpm" in scene["drive"]:
         rows.append(unit[[place[scene["drive"]["body"]] + 2]])
-    return np.vstack(rows)
+    rows, second = np.vstack(rows), np.vstack([second for _, _, second in pins])
+    return rows, np.vstack([second, np.zeros((len(rows) - len(second), len(pose)))])
 
 
 def balance(scene, columns):
@@ -429,15 +432,12 @@ def balance(scene, columns):
             k = 3 * names.index(drive["body"]) + 2
             applied[k] += drive_torque(drive, pose[k])
         for spring in scene["spring"].values():
-            value, rows = gap(scene, spring, pose)
+            value, rows, _ = gap(scene, spring, pose)
             along = np.array([value.real, value.imag]) / abs(value) @ rows
             pulls.append(tension(spring, abs(value), along @ rate))
             applied -= pulls[-1] * along
-        rows = jacobian(scene, pose)
-        # Rows turn with the bodies: their change along the motion, by central differences.
-        h = 1e-4 / max(1.0, np.abs(rate).max())
-        bend = (jacobian(scene, pose + h * rate) - jacobian(scene, pose - h * rate)) @ rate / (2 * h)
+        rows, second = jacobian(scene, pose)
         full = np.block([[np.diag(mass), -rows.T], [rows, np.zeros((len(rows), len(rows)))]])
-        result.append([*np.linalg.solve(full, np.append(applied, -bend)), *pulls])
+        result.append([*np.linalg.solve(full, np.append(applied, -second @ rate**2)), *pulls])
     keys += [f"{spring}.force" for spring in scene["spring"]]
     return dict(zip(keys, np.transpose(result), strict=True))

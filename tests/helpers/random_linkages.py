@@ -104,7 +104,7 @@ def draw(rng, kind, case, drive):
     drawn["guess"] = {body: {"angle_deg": float(round(angle))} for body, angle in angles.items()}
     drawn["solver"] = {
         "reference": {"formulation": "auto", "method": "dop853", "tolerance": 1e-10},
-        "exudyn": {"formulation": "full", "method": "auto", "step": duration / 20_000, "tolerance": 1e-9},
+        "exudyn": {"formulation": "full", "method": "auto", "step": duration / 20_000, "tolerance": 1e-8},
     }
     return drawn
 

@@ -11,8 +11,8 @@ from random_linkages import CASES, KINDS, scene
 
 REFINED = {"reference_model": ("reference", "tolerance", 0.01), "exudyn_model": ("exudyn", "step", 0.5)}
 """The setting of a model's second run, and its factor."""
-ROUNDING = 1e-8
-"""Of a quantity's scale: the oracle's own error, of accelerations and forces; positions have 1e-11."""
+ROUNDING = 1e-9
+"""In SI units, and of a quantity's scale: the oracle's own error."""
 FORCES = "reaction_x reaction_y force"
 QUANTITIES = ["x y", "angle", "vx vy", "omega", "ax ay", "alpha", FORCES, "moment torque", "energy"]
 FEW = [(kind, i) for kind in KINDS for i in (0, 3, 4)]
@@ -76,7 +76,7 @@ def disagreements(motion, results):
     for names in quantities(motion.columns):
         tables = (motion.columns, fine, coarse)
         truth, got, other = (np.array([table[name][:n] for name in names]) for table in tables)
-        tolerance = 2 * np.abs(got - other).max() + ROUNDING * np.abs(truth).max()
+        tolerance = 2 * np.abs(got - other).max() + ROUNDING * (1 + np.abs(truth).max())
         errors = np.abs(got - truth).max(axis=1)
         k = int(np.argmax(errors))
         if not errors[k] <= tolerance:
