@@ -83,13 +83,8 @@ class Linkage:
 
     def turned(self, x):
         """Return exp(i angle) or travel x along, with first and second derivatives."""
-        guided = self.along != 0
-        u = np.exp(1j * x)
-        return (
-            np.where(guided, x * self.along, u),
-            np.where(guided, self.along, 1j * u),
-            np.where(guided, 0, -u),
-        )
+        u, line = np.exp(1j * x) * (self.along == 0), self.along
+        return u + x * line, 1j * u + line, -u
 
     def closure(self, x):
         """Return the loops' gaps and their derivatives by coordinate, real parts then imaginary ones."""
@@ -140,11 +135,8 @@ class Linkage:
         scene = self.scene
         rows = {b: scene["guess"].get(b, {}) | scene["initial"].get(b, {}) for b in self.names}
         x = np.radians([row.get("angle_deg", 0.0) for row in rows.values()])
-        given = [
-            (self.names.index(b), key, value)
-            for b, row in scene["initial"].items()
-            for key, value in row.items()
-        ]
+        initial = scene["initial"].items()
+        given = [(self.names.index(b), key, value) for b, row in initial for key, value in row.items()]
         ((body, key, value),) = [row for row in given if row[1] in ("x", "y", "angle_deg")]
 
         def rest(x):
@@ -152,9 +144,8 @@ class Linkage:
                 return x[body] - math.radians(value), np.eye(len(x))[body]
             u, du, _ = self.turned(x)
             part = 1 if key == "x" else -1j
-            return (part * (self.middles[body] @ np.append(u, 1))).real - value, (
-                part * self.middles[body, :-1] * du
-            ).real
+            middle = part * self.middles[body]
+            return (middle @ np.append(u, 1)).real - value, (middle[:-1] * du).real
 
         self.x = self.newton(x, rest)
         self.k = self.names.index(scene["drive"].get("body", self.names[body]))
@@ -181,18 +172,15 @@ class Linkage:
         for spring, length, slope in zip(self.springs, *place.lengths, strict=True):
             Q -= tension(spring, length, slope * rate) * slope
             damped += spring["damping"] * (slope * rate) ** 2
-        torque, k = 0.0, self.names.index(scene["drive"].get("body", self.names[0]))
-        if "torque" in scene["drive"] or "torque_table" in scene["drive"]:
-            torque = drive_torque(scene["drive"], place.angles[0][k])
-        return M, dM, Q + torque * dphi[k], torque * dphi[k] * rate, damped
+        k = self.names.index(scene["drive"].get("body", self.names[0]))
+        torque = drive_torque(scene["drive"], place.angles[0][k]) * dphi[k]
+        return M, dM, Q + torque, torque * rate, damped
 
     def rank(self, place):
         """Return the smallest singular value of the bodies' constraints, lengths over the largest one."""
         size = max(np.ptp([*b["points"].values()], axis=0).max() for b in self.scene["body"].values())
-        centroids = place.centroids[0]
-        matrix, _ = jacobian(
-            self.scene, np.column_stack([centroids.real, centroids.imag, place.angles[0]]).ravel()
-        )
+        c = place.centroids[0]
+        matrix, _ = jacobian(self.scene, np.column_stack([c.real, c.imag, place.angles[0]]).ravel())
         shifts = np.abs(matrix).reshape(len(matrix), -1, 3)[:, :, :2].any(axis=(1, 2))
         matrix[np.ix_(shifts, np.arange(matrix.shape[1]) % 3 == 2)] /= size
         return np.linalg.svd(matrix, compute_uv=False)[-1]
@@ -204,11 +192,8 @@ def real(z):
 
 def end_of(bodies, joint, end):
     body, _, point = end.partition(".")
-    if body == "frame":
-        return body, complex(*joint["point"])
-    return body, complex(
-        *(bodies[body]["centroid"] if point == "centroid" else bodies[body]["points"][point])
-    )
+    place = joint if body == "frame" else bodies[body]["points"] | {"centroid": bodies[body]["centroid"]}
+    return body, complex(*place[point or "point"])
 
 
 def tension(spring, length, rate):
@@ -216,9 +201,9 @@ def tension(spring, length, rate):
 
 
 def drive_torque(drive, angle):
-    if "torque" in drive:
-        return drive["torque"]
-    return float(np.interp(math.degrees(angle) % 360, *np.transpose(drive["torque_table"])))
+    if "torque_table" in drive:
+        return float(np.interp(math.degrees(angle) % 360, *np.transpose(drive["torque_table"])))
+    return drive.get("torque", 0.0)
 
 
 def push(load, y):
@@ -229,10 +214,8 @@ def push(load, y):
         inside = depths < h
         force = float(np.interp(h, depths, forces))
         return force, float(np.trapezoid([*forces[inside], force], [*depths[inside], h]))
-    ratio, exponent = h / load["depth"], load["exponent"]
-    return load["force"] * ratio**exponent, load["force"] * load["depth"] * ratio ** (exponent + 1) / (
-        exponent + 1
-    )
+    force = load["force"] * (h / load["depth"]) ** load["exponent"]
+    return force, force * h / (load["exponent"] + 1)
 
 
 @dataclass
@@ -250,23 +233,18 @@ class Motion:
 
 def times(scene):
     output, drive = scene["output"], scene["drive"]
-    if "speed_rpm" in drive:
-        cycle = 60 / abs(drive["speed_rpm"])
-        return (
-            np.arange(round(drive["cycles"] * output["samples_per_cycle"]) + 1)
-            * cycle
-            / output["samples_per_cycle"]
-        )
-    return np.arange(output["samples"] + 1) * output["duration"] / output["samples"]
+    if "duration" in output:
+        return np.linspace(0, output["duration"], output["samples"] + 1)
+    cycles, samples = drive["cycles"], output["samples_per_cycle"]
+    return np.arange(round(cycles * samples) + 1) * 60 / abs(drive["speed_rpm"]) / samples
 
 
 def solve(scene, tolerance=1e-13):
     """Return the motion of a scene (complete mapping) at DOP853's relative tolerance."""
     linkage, grid = Linkage(scene), times(scene)
     run = Run(linkage, "speed_rpm" in scene["drive"], tolerance)
-    state = np.array(
-        [linkage.x[linkage.k], linkage.rate, 0.0, 0.0]
-    )  # q, its rate, work of the drive, dampers' heat
+    # Coordinate and rate, work of the drive, heat of the dampers.
+    state = np.array([linkage.x[linkage.k], linkage.rate, 0.0, 0.0])
     rows, end, t = [run.sample(state)], None, 0.0
     for after in grid[1:]:
         while t < after and end is None:
@@ -369,11 +347,8 @@ class Run:
             row["drive.torque"] = dM * rate**2 / 2 - Q
         row |= {"energy_kinetic": M * rate**2 / 2, "energy_drive": work, "energy_damping": heat}
         row["energy_gravity"] = scene["environment"]["gravity"] * (linkage.mass @ place.centroids[0].imag)
-        stored = [
-            s["stiffness"] * (x - s["length"]) ** 2 / 2
-            for s, x in zip(linkage.springs, place.lengths[0], strict=True)
-        ]
-        row["energy_spring"] = sum(stored)
+        springs = zip(linkage.springs, place.lengths[0], strict=True)
+        row["energy_spring"] = sum(s["stiffness"] * (x - s["length"]) ** 2 / 2 for s, x in springs)
         if scene.get("load"):
             k = linkage.names.index(scene["load"]["body"])
             row["energy_load"] = push(scene["load"], place.centroids[0][k].imag)[1]
@@ -381,7 +356,7 @@ class Run:
 
 
 def gap(scene, joint, pose):
-    """Return second end less first (m, complex), with derivatives by x, y, angle of each body: rows, second."""
+    """Return second end less first (m, complex), with first and second derivatives by the bodies' pose."""
     names, value, rows, second = list(scene["body"]), 0j, np.zeros((2, len(pose))), np.zeros((2, len(pose)))
     for sign, end in zip((-1, 1), joint["joins"], strict=True):
         body, own = end_of(scene["body"], joint, end)
@@ -428,9 +403,8 @@ def balance(scene, columns):
         if load:
             k = 3 * names.index(load["body"]) + 1
             applied[k] += push(load, pose[k])[0]
-        if "torque" in drive or "torque_table" in drive:
-            k = 3 * names.index(drive["body"]) + 2
-            applied[k] += drive_torque(drive, pose[k])
+        k = 3 * names.index(drive.get("body", names[0])) + 2
+        applied[k] += drive_torque(drive, pose[k])
         for spring in scene["spring"].values():
             value, rows, _ = gap(scene, spring, pose)
             along = np.array([value.real, value.imag]) / abs(value) @ rows
