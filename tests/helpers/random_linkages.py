@@ -94,11 +94,11 @@ def draw(rng, kind, case, drive):
         speed = rng.uniform(30, 200) * rng.choice([-1, 1]).item()
         duration = 60 / abs(speed)
         drawn["drive"] = {"body": driven, "speed_rpm": speed, "cycles": 1.0}
-        drawn["output"] = {"samples_per_cycle": 200} | groups
+        drawn["output"] = {"samples_per_cycle": 100} | groups
     else:
         duration = round(rng.uniform(0.4, 1.0), 1)
         drawn["drive"] = {"body": driven} | ({"free": True} if drive == "free" else {})
-        drawn["output"] = {"duration": duration, "samples": 200} | groups
+        drawn["output"] = {"duration": duration, "samples": 100} | groups
     drawn["environment"] = {"gravity": 9.81 if rng.random() < 0.7 else 0.0}
     drawn["initial"] = {driven: {"angle_deg": angles[driven]}}
     drawn["guess"] = {body: {"angle_deg": float(round(angle))} for body, angle in angles.items()}
