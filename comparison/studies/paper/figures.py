@@ -110,7 +110,7 @@ def _predictions(entries: pd.DataFrame, judged: pd.DataFrame, path: Path) -> Non
             ):
                 ends = rows.set_index("id").reindex(predicted.index[mine])
                 low, high = (ends[end] / ours[mine] for end in ("low", "high"))
-                label = f"our interval, 95 %: gravity {'none' if hypothesis == 'none' else 'downwards'}"
+                label = f"our interval: gravity {'none' if hypothesis == 'none' else 'downwards'}"
                 panel.hlines(place[mine] + aside, low.clip(lower=EDGE), high, label=label, **bar)
             ratio = predicted["printed_size"] / ours
             for within, look in MARKS.items():

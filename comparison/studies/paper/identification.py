@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+from scipy.stats import t as student
 
 from comparison.execution.run import Progress
 from comparison.formatting import number, quantity
@@ -98,7 +99,7 @@ def fit_radius(peaks: pd.DataFrame) -> tuple[float, float, float]:
 
     By a line through the logarithms: the power of the radius; the radius at which the mean of the peaks is
     the printed one, nan where they do not grow with it; and the factor to which it is determined, one
-    standard deviation, from the scatter of the scenes through `POWER`.
+    standard error of the mean, from the scatter of the scenes through `POWER`.
     """
     logs, scale = np.log(peaks.to_numpy()), np.log(peaks.index.to_numpy(np.float64))
     power = float(np.polyfit(scale, logs.mean(axis=1), 1)[0])
@@ -131,7 +132,8 @@ def page(results: Results) -> dict[str, object]:
     unknowns = {name: [_mm(value) for value in values] for name, values in columns.items()}
     gravities = {name: float(misfits[GRAVITY, value]) for name, value in GRAVITIES.items()}
     most = DECISIVE * min(gravities.values())
-    power, radius, factor = fit_radius(by_radius(results.ratios))
+    peaks = by_radius(results.ratios)
+    power, radius, factor = fit_radius(peaks)
     return {
         "config": results.config,
         "best": best,
@@ -148,6 +150,8 @@ def page(results: Results) -> dict[str, object]:
         "gravities": gravities,
         "excluded": [name for name, value in gravities.items() if value >= most],
         "power": power,
+        "radii": sorted(exp(np.interp(0.0, np.log(peaks[name]), np.log(RADII))) for name in peaks),
+        "likely": factor ** student.ppf(0.975, peaks.shape[1] - 1),
         "radius_factor": factor,
         # How many such factors the radius of the scenes is off.
         "radius_off": abs(log(load_scene(BASE).data["contact"]["corner_radius"] / radius)) / log(factor),

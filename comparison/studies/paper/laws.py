@@ -19,6 +19,8 @@ from comparison.tables.table import Table
 LITERAL = "paper-switching"
 TOLERANCES = {"hertz-corners": (1e-12,), "foundation": (1e-12,), LITERAL: (1e-9, 1e-10, 1e-11, 1e-12)}
 """Law -> tolerances of the reference."""
+STARTS = (0.0, 1e-9, -1e-9, 2e-9, 1e-8, 1e-5, -1e-5, -1e-4)
+"""m, beside the scene's own, of the reference's most accurate runs of the literal law."""
 DENSER = 10
 """Times as many samples of the literal law by the reference, which stops: it is known to its last sample."""
 LEAST = 1e-14  # J: below round-off of the energies; what a logarithmic axis shows of zero
@@ -30,21 +32,24 @@ SHOWN = {
 }
 """Heading -> column of the runs, and its unit."""
 
-Results = Mapping[tuple[str, str, float], Outcome]
-"""The runs by law, model and tolerance of the reference (nan: Exudyn)."""
+Results = Mapping[tuple[str, str, float, float], Outcome]
+"""The runs by law, model, tolerance of the reference (nan: Exudyn) and one of `STARTS`."""
 
 
 def measure(samples: int, n_jobs: int, on_progress: Progress | None) -> Results:
     """Run one cycle of the central case by both models, with so many samples."""
-    which = [(law, "reference", tolerance) for law, each in TOLERANCES.items() for tolerance in each]
-    which += [(law, "exudyn", nan) for law in TOLERANCES]
-    jobs = []
-    for law, model, tolerance in which:
+    which = [(law, "reference", tolerance, 0.0) for law, each in TOLERANCES.items() for tolerance in each]
+    which += [(law, "exudyn", nan, 0.0) for law in TOLERANCES]
+    which += [(LITERAL, "reference", min(TOLERANCES[LITERAL]), start) for start in STARTS[1:]]
+    jobs, own = [], load_scene(CENTRAL).data["mechanism"]["reference_offset"]
+    for law, model, tolerance, start in which:
         values: dict[str, object] = {"contact.law": law, "drive.cycles": 1.0, "output.groups": ["energy"]}
         denser = DENSER if (law, model) == (LITERAL, "reference") else 1
         values["output.samples_per_cycle"] = denser * samples
         if model == "reference":
             values["solver.reference.tolerance"] = tolerance
+        if start:
+            values["initial.slider_offset"] = own + start
         jobs.append(Job(load_scene(CENTRAL, values), model))
     return dict(zip(which, run_all(jobs, n_jobs, on_progress), strict=True))
 
@@ -58,8 +63,8 @@ def _recorded(outcome: Outcome) -> Table | None:
 def runs_frame(results: Results) -> pd.DataFrame:
     """Return a row a run in SI units; nan where it recorded nothing. ``end``: how it ended."""
     rows = []
-    for (law, model, tolerance), outcome in results.items():
-        row: dict[str, object] = {"law": law, "model": model, "tolerance": tolerance}
+    for (law, model, tolerance, start), outcome in results.items():
+        row: dict[str, object] = {"law": law, "model": model, "tolerance": tolerance, "start_m": start}
         row |= {"status": outcome.status, "end_s": nan}
         row["end"] = f"not simulated: {outcome.message}"
         if run := _recorded(outcome):
@@ -86,13 +91,16 @@ def page(results: Results) -> dict[str, object]:
     """Return what the template asks."""
     frame = runs_frame(results)
     finest = frame[(frame["model"] == "reference") & (frame["tolerance"] == min(TOLERANCES[LITERAL]))]
+    largest = finest.groupby("law", sort=False)["largest_spurious_energy_J"].agg(["min", "median", "max"])
+    frame = frame[frame["start_m"] == 0]
     tolerance = frame["tolerance"].map("{:.0e}".format).where(frame["tolerance"].notna(), "")
     shown: dict[str, list[str]] = {
         heading: [quantity(value, unit) for value in frame.get(name, nan * frame["end_s"])]
         for heading, (name, unit) in SHOWN.items()
     }
     return {
-        "largest": finest.reindex(columns=["law", "largest_spurious_energy_J"]).dropna(),
+        "largest": largest.dropna(),
+        "starts": len(STARTS),
         "tolerance": f"{min(TOLERANCES[LITERAL]):.0e}",
         "runs": markdown(frame[["law", "model"]].assign(tolerance=tolerance, **shown, end=frame["end"])),
     }
@@ -103,7 +111,7 @@ def draw(results: Results, folder: Path) -> None:
     write_csv({"runs": runs_frame(results)}, folder, "%.6g")
     with svg.panels(folder / "energy.svg") as (axes,):
         for law, line in zip(TOLERANCES, svg.SERIES_LINES, strict=False):
-            if run := _recorded(results[law, "reference", min(TOLERANCES[law])]):
+            if run := _recorded(results[law, "reference", min(TOLERANCES[law]), 0.0]):
                 size = np.maximum(np.abs(run.values("energy_residual")), LEAST)
                 kept = upper_envelope(size)
                 axes.plot(run.time[kept], size[kept], label=law, **line)

@@ -23,13 +23,16 @@ from comparison.models import MODELS
 from comparison.scene import load_scene
 from comparison.studies.paper import numerics
 from comparison.studies.paper.claims import BARE
+from comparison.studies.paper.identification import POWER
 from comparison.studies.paper.runs import (
     CAP,
     CENTRAL,
     DATA,
     HYPOTHESES,
     IDEAL,
+    INPUTS,
     PEAKS,
+    PIN,
     REACH,
     VARIANTS,
     Config,
@@ -41,6 +44,7 @@ from comparison.studies.paper.runs import (
     run_draws,
     scene_of,
 )
+from comparison.studies.paper.runs import drawn as inputs
 from comparison.studies.shared.published import Published, printed_rows, published
 from comparison.studies.shared.study import part
 from comparison.tables.channels import Array
@@ -143,7 +147,7 @@ def ledger(runs: Runs, drawn: Drawn, limits: Mapping[str, float]) -> pd.DataFram
     ``printed``, ``printed_at`` (s) as first printed; ``limit`` of the permitted error, of a reliability;
     ``bound`` (m) that geometry sets to an error of the displacement. By model its value and ``_at`` (s, deg).
     ``printed_size``, ``u_num``, of which samples may miss ``missed``, ``u_print``, ``u_D`` (nan where its
-    solver was not run), ``u_model``: 95 %, of that size. ``other``: as in `Shown`.
+    solver was not run), ``u_model``: of that size. ``other``: as in `Shown`.
     """
     solver: dict[str, float] = {}
     if len(runs.solver):
@@ -187,8 +191,9 @@ def judge(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
 
     ``id``, ``hypothesis``; ``u_input``, ``low``, ``middle``, ``high`` of the size, ``size``: a `Size`;
     ``chance`` that a random size is inside; ``form_chance`` that it is so with ``u_model``; ``without``:
-    whether it is inside ``low_without`` and ``high_without``, the ends without u_D. ``transient``: share of
-    the draws in which an end of a range is the first cycle's alone.
+    whether it is inside ``low_without`` and ``high_without``, the ends without u_D; ``likely``: that with the
+    corner radius in its likely range, and ``likely_chance``. ``transient``: share of the draws in which an
+    end of a range is the first cycle's alone.
     """
     rows = []
     for hypothesis, frames in drawn.by_hypothesis.items():
@@ -214,8 +219,20 @@ def judge(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
             bare = interval(sizes, *_others(entry | {"u_D": nan}))
             row |= {"without": bare.size(entry["printed_size"]) != Size.OUTSIDE}
             row |= {"low_without": bare.low, "high_without": bare.high}
+            likely = interval(sizes * _likely(entry, shown), *_others(entry | {"u_D": nan}))
+            row |= {"likely": likely.size(entry["printed_size"]) != Size.OUTSIDE}
+            row |= {"likely_chance": likely.chance()}
             rows.append(row | {"transient": gone if entry["quantity"].startswith("range_") else nan})
     return pd.DataFrame(rows)
+
+
+def _likely(entry: Entry, shown: pd.DataFrame) -> Any:
+    """Return factors, one a draw, of an impact's peaks with the corner radius in its likely range."""
+    if entry["quantity"] != "peak_acceleration_error" or entry["scene"] == PIN:
+        return 1.0
+    place, one = next((k, one) for k, one in enumerate(INPUTS) if "likely" in one)
+    powers = [POWER * inputs(int(number))[0][place] for number in shown.index]
+    return (one["likely"] / one["factor"]) ** np.array(powers)
 
 
 def _others(entry: Entry, *more: str) -> list[float]:
@@ -229,12 +246,13 @@ def instants(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
     ``at`` and ``ours``: s, or deg; ``share`` of the draws that have the printed sign within `REACH` of a
     cycle of it, of a reliability its angle; ``shifted``: the same of the first cycle, for the instant a
     period earlier; ``sized``: that with a size in the interval of the first cycle's sizes, too. ``random``
-    and ``random_shifted``: the mean of both shares over the peaks of this quantity under all conditions, by
-    their phase: what chance gives if a printed instant belonged to any of them. ``first``: whether
-    the instant is the first print of its number.
+    and ``random_shifted``: the mean of both shares over the peaks of this quantity under the other
+    conditions, by their phase: what chance gives if a printed instant belonged to one of them. `POISSON` is
+    no other condition than `CENTRAL`.
     """
     rows = []
     periods = {name: load_scene(entry["scene"]).period for name, entry in entries.to_dict("index").items()}
+    conditions = entries[entries["scene"] != POISSON].drop_duplicates(["scene", "quantity"])
     pairs = product(drawn.by_hypothesis.items(), entries.to_dict("index").items())
     for (hypothesis, frames), (name, entry) in pairs:
         shown, period = frames[str(name)], periods[name]
@@ -252,14 +270,14 @@ def instants(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
                 fits = interval(other.abs().to_numpy(np.float64), *_others(entry)).size(abs(printed.value))
                 shifted = float(early.mean())
                 sized = shifted * (fits != Size.OUTSIDE)
-            row = {"id": identifier, "scene": entry["scene"], "quantity": entry["quantity"]}
+            row = {key: entry[key] for key in ("scene", "quantity")} | {"id": identifier}
             row |= {"hypothesis": hypothesis, "unit": "deg" if angle else "s", "at": at}
             row |= {"ours": entry[f"{MODELS[0]}_at"], "share": float(met.mean())}
-            row |= {"shifted": shifted, "sized": sized, "first": identifier == entry["ids"].split(", ")[0]}
-            others = entries.index[entries["quantity"] == entry["quantity"]]
+            row |= {"shifted": shifted, "sized": sized, "printed": printed.value}
+            others = conditions[conditions["quantity"] == entry["quantity"]]
             chances = [
                 _shares_at(frames[each], periods[each], printed.value, at / period)
-                for each in others
+                for each in others.index[others["scene"] != str(entry["scene"]).replace(POISSON, CENTRAL)]
                 if entry["quantity"] in PEAKS
             ]
             random, early_random = np.mean(chances, axis=0) if chances else (nan, nan)

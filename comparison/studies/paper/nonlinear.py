@@ -140,11 +140,14 @@ def answer(best: Mapping[Key, Exponent], name: str) -> dict[str, str]:
     line = {"scene": name, "verdict": f"**{verdict(best, name).value}**"}
     for model in MODELS:
         runs = [e for key, e in best.items() if key[:2] == (name, model)]
-        measured = sorted(e.value for e in runs if e.measured)
-        ends = " … ".join(f"{value:.2f}" for value in dict.fromkeys(measured[:1] + measured[-1:]))
-        bound = f"≤ {min(e.value for e in runs):.2f}" if runs else MISSING
-        line[f"exponent, {model} (1/cycle)"] = ends or bound
-        line[f"runs that measure it, {model}"] = f"{len(measured)} of {len(runs)}"
+        values = {mark: sorted(e.value for e in runs if e.measured != bool(mark)) for mark in ("", "≤ ")}
+        ends = {
+            mark: " … ".join(f"{value:.2f}" for value in dict.fromkeys(each[:1] + each[-1:]))
+            for mark, each in values.items()
+        }
+        cells = [mark + each for mark, each in ends.items() if each]
+        line[f"exponent, {model} (1/cycle)"] = "; ".join(cells) or MISSING
+        line[f"runs that measure it, {model}"] = f"{len(values[''])} of {len(runs)}"
     return line
 
 

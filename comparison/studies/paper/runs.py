@@ -27,7 +27,6 @@ from comparison.reliability.errors import QUANTITIES, Peak, SliderErrors, slider
 from comparison.scene import Scene, load_scene
 from comparison.scene.schema import Limits
 from comparison.studies.paper import fitting
-from comparison.studies.paper.exponents import Chaos
 from comparison.studies.shared.published import CONDITION, printed_rows
 from comparison.studies.shared.scenes import at_tier, settable
 from comparison.tables.channels import Array, BoolArray
@@ -94,8 +93,6 @@ class Runs:
     """Two cycles at usual settings: of all scenes by the first model, of the central case by both."""
     adams: dict[str, Table] = field(default_factory=dict)
     """Model -> two cycles of the central case under the law of ADAMS, at the models' tightest settings."""
-    chaos: Chaos = Chaos.UNDECIDED  # of the central case
-    exponents: dict[tuple[str, str], list[float]] = field(default_factory=dict)  # Lyapunov's, per cycle
     solver: pd.DataFrame = field(default_factory=pd.DataFrame)  # `comparison.studies.paper.numerics`
 
     def two_cycles(self, scene: str, model: str, member: int = 0) -> SliderErrors:

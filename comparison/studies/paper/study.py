@@ -14,9 +14,8 @@ from comparison.formatting import MISSING, number, quantity
 from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES, unit_of
 from comparison.scene import load_scene
-from comparison.studies.paper import figures, ledger, nonlinear, numerics, runs
+from comparison.studies.paper import figures, ledger, numerics, runs
 from comparison.studies.paper.claims import BARE, CRITERIA, Verdict, judge_all
-from comparison.studies.paper.exponents import verdict
 from comparison.studies.paper.ledger import Entry, Joint, Size, Use
 from comparison.studies.paper.runs import CENTRAL, DATA, HYPOTHESES, INPUTS, REACH, VARIANTS, Runs
 from comparison.studies.shared.published import published
@@ -26,14 +25,12 @@ FACTORS = (1.5, ledger.FACTOR, 3.0)  # of random sizes
 SHARES = ("share", "shifted", "sized", "random", "random_shifted")
 POISSON_PAIR = ("F9-210-d", "F10-33-d")  # the displacement's error at both Poisson's ratios
 PRINTED_DIGITS = 1.5e-4  # relative: both are printed as 3.687e-5 m
-CHAOS = (CENTRAL, "300rpm-0.2mm", "90rpm-0.1mm", "90rpm-0.5mm")  # scenes whose exponents statements need
 
 
 class Config(NamedTuple):
-    """Settings of the runs: here, of the part nonlinear, and by the paper's own solver."""
+    """Settings of the runs: here, and by the paper's own solver."""
 
     runs: runs.Config
-    chaos: nonlinear.Config
     solver: numerics.Config
 
 
@@ -55,14 +52,8 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     usual = [pair for pair in config.solver.tolerances if pair in numerics.DEFAULTS]
     bare = config.solver._replace(tolerances=usual, gains=(BARE,), draws=1)
     solver = [numerics.measure(each, n_jobs, part(on_progress, 0.35, 0.6)) for each in (config.solver, bare)]
-    best = nonlinear.measure(config.chaos, n_jobs, part(on_progress, 0.0, 0.2)).best
-    exponents: dict[tuple[str, str], list[float]] = {}
-    for (scene, model, *_), each in best.items():
-        exponents.setdefault((scene, model), []).extend([each.value] if each.measured else [])
     made = replace(
-        runs.simulate(config.runs, n_jobs, part(on_progress, 0.2, 0.35)),
-        chaos=verdict(best, CENTRAL),
-        exponents=exponents,
+        runs.simulate(config.runs, n_jobs, part(on_progress, 0.0, 0.35)),
         solver=pd.concat(solver, ignore_index=True),
     )
     limits = {name: ledger.one_limit(made, name) for name in QUANTITIES}
@@ -88,12 +79,16 @@ def page(results: Results) -> Mapping[str, object]:
     by_hypothesis = [(name, judged[judged["hypothesis"] == name]) for name in HYPOTHESES]
     twins = predicted.index[predicted["scene"] == ledger.POISSON]
     statements = results.statements.drop_duplicates("id")
+    shown = results.statements.query("model not in ('', @MODELS[1]) and not decides")
     times = instants[(instants["unit"] == "s") & (instants["at"] > 0)]  # the start is no result
-    peaks = times[times["first"] & times["random"].notna()]  # repeats, and the ideal stroke, show nothing
-    peaks = peaks.drop_duplicates(["hypothesis", "scene", "quantity", "at"])
-    angles = instants[instants["unit"] == "deg"].drop_duplicates("id")
+    peaks = times[times["random"].notna()].assign(sign=np.sign(times["printed"]))  # not the ideal stroke
+    places = ["hypothesis", "scene", "quantity"]
+    ways = peaks.groupby(places)[["at", "sign"]].transform("nunique")
+    peaks = peaks[(ways == 1).all(axis=1)].drop_duplicates(places)  # printed in two ways counts for neither
+    angles = instants[instants["unit"] == "deg"].drop_duplicates("id").set_index("id")["at"]
+    ours = {model: entries.loc[angles.index, f"{model}_at"] for model in MODELS}
     units = {name: unit_of(name) for name in QUANTITIES}
-    by_chance = ledger.matches_by_chance(list(angles["at"]), list(angles["ours"]))
+    by_chance = {model: ledger.matches_by_chance(list(angles), list(ours[model])) for model in MODELS}
     ratio = predicted[MODELS[0]].abs() / predicted["printed_size"]
     return {
         "entries": entries,
@@ -111,15 +106,12 @@ def page(results: Results) -> Mapping[str, object]:
         "others": markdown(_written(entries[entries["use"] == Use.CALIBRATION], results.judged)),
         "instants": markdown(_times(times)),
         "dated": times["id"].nunique(),
-        "dated_peaks": peaks["id"].nunique(),
-        "agreeing": {
-            name: {key: number(rows[key].sum(), 2) for key in SHARES}
-            for name, rows in peaks.groupby("hypothesis", sort=False)
-        },
+        "agreeing": [_agreeing(rows) for rows in (peaks, peaks[peaks["scene"] != ledger.POISSON])],
         "angles": len(angles),
-        "angles_met": int(((angles["ours"] - angles["at"]).abs() < 1.0).sum()),
-        "angles_chance": number(by_chance[0], 3),
-        "angles_likely": share(by_chance[1]),
+        "angles_met": {model: int((each == angles).sum()) for model, each in ours.items()},
+        "angles_chance": {model: number(each[0], 2) for model, each in by_chance.items()},
+        "angles_likely": {model: share(each[1]) for model, each in by_chance.items()},
+        "settings": _by_setting(predicted, judged, results.runs.solver),
         "equal": _equal_pairs(results.runs.solver),
         "solver": _solver(results.runs.solver),
         "forms": _forms(results.tried),
@@ -130,6 +122,7 @@ def page(results: Results) -> Mapping[str, object]:
         "laws_and_codes": results.runs.laws_and_codes,
         "geometry": DATA["geometry"],
         "inputs": INPUTS,
+        "likely": next(one for one in INPUTS if "likely" in one),
         "statements": statements,
         "statements_table": markdown(
             statements.assign(
@@ -137,11 +130,9 @@ def page(results: Results) -> Mapping[str, object]:
                 + (": " + statements["reason"]).where(statements["reason"] != "", "")
             )[["section", "says", "verdict"]]
         ),
+        "supported": statements.loc[statements["verdict"] == Verdict.SUPPORTED, "claim"].nunique(),
         "verdicts": {str(each): int((statements["verdict"] == each).sum()) for each in Verdict},
-        "evidence": {
-            name: rows.to_dict("records")
-            for name, rows in results.statements.query("model == @MODELS[0] and not decides").groupby("id")
-        },
+        "evidence": {name: rows.to_dict("records") for name, rows in shown.groupby("id")},
         "one_limit": ", ".join(quantity(limit, units[name], 2) for name, limit in results.limits.items()),
         "reach": f"{100 * REACH:g}",
         "level": f"{100 * ledger.LEVEL:g}",
@@ -166,11 +157,35 @@ def _pin(made: Runs) -> dict[str, str]:
     }
 
 
+def _agreeing(peaks: pd.DataFrame) -> dict[str, dict[str, str]]:
+    """Return by hypothesis how many instants there are, and how many agree in the mean of all draws."""
+    return {
+        str(name): {"of": str(len(rows))} | {key: number(rows[key].sum(), 2) for key in SHARES}
+        for name, rows in peaks.groupby("hypothesis", sort=False)
+    }
+
+
+def _by_setting(predicted: pd.DataFrame, judged: pd.DataFrame, solver: pd.DataFrame) -> dict[str, str]:
+    """Return by hypothesis the least and most predictions inside with u_D of one tolerance and gain."""
+    exact, printed = predicted[MODELS[0]].abs(), judged["id"].map(predicted["printed_size"])
+    runs = solver[solver["gain"] > BARE].dropna(subset=["value"])
+    default = pd.MultiIndex.from_frame(runs[["relative", "absolute"]]).isin(numerics.DEFAULTS)
+    counts = []
+    for _, own in runs[default].groupby(["relative", "gain"]):
+        known = numerics.u_d(own, {str(name): size for name, size in exact.items()})
+        off = (judged["id"].map(known) * judged["id"].map(exact)).fillna(0.0)
+        end = judged["low_without"].where(printed < judged["middle"], judged["high_without"])
+        inside = (printed - judged["middle"]).abs() <= np.hypot(end - judged["middle"], off)
+        counts.append(inside.groupby(judged["hypothesis"]).sum())
+    frame = pd.DataFrame(counts)
+    return {str(name): f"{frame[name].min()} to {frame[name].max()}" for name in frame}
+
+
 def _counts(judged: pd.DataFrame) -> dict[str, Any]:
     """Return how many predictions have each `Size`, how many are inside, and what chance gives of it."""
     inside, counts = judged["size"].isin([Size.INSIDE, Size.WIDE]), {"of": len(judged)}
     counts |= {str(size): int((judged["size"] == size).sum()) for size in Size}
-    counts |= {"held": int(inside.sum()), "without": int(judged["without"].sum())}
+    counts |= {"held": int(inside.sum())} | {key: int(judged[key].sum()) for key in ("without", "likely")}
     counts |= {"certain": int((inside & (judged["chance"] == 1.0)).sum())}
     random: dict[str, dict[float, str]] = {}
     for key, end in (("held", ""), ("without", "_without")):
@@ -179,7 +194,8 @@ def _counts(judged: pd.DataFrame) -> dict[str, Any]:
             chances = np.nan_to_num([ledger.Interval(*each).chance(factor) for each in ends])
             random.setdefault(key, {})[factor] = number(chances.sum(), 2)
             random.setdefault(f"{key}_likely", {})[factor] = share(ledger.at_least(counts[key], chances))
-    return {**counts, "random": random, "form_expected": number(judged["form_chance"].sum(), 2)}
+    expected = {f"{key}_expected": number(judged[f"{key}_chance"].sum(), 2) for key in ("form", "likely")}
+    return {**counts, "random": random, **expected}
 
 
 def _size(value: float, entry: Entry, digits: int = 3) -> str:
@@ -299,14 +315,12 @@ STUDY = Study(
     "paper",
     small=Config(
         runs.Config(samples=200, long_samples=50, cycles=4, fewer=3, members=2, draws=3, long_draws=2),
-        nonlinear.STUDY.small._replace(scenes=(CENTRAL,)),
         numerics.Config((CENTRAL,), numerics.DEFAULTS[1:], gains=(50.0,), draws=1, samples=500),
     ),
     full=Config(
         runs.Config(
             samples=10_000, long_samples=1000, cycles=100, fewer=30, members=4, draws=200, long_draws=50
         ),
-        nonlinear.STUDY.full._replace(scenes=CHAOS),
         numerics.Config(
             runs.SLIDER,
             (*numerics.DEFAULTS, *numerics.OTHERS),

@@ -174,12 +174,17 @@ def test_the_page_of_the_paper_counts_what_its_tables_say(folder):
     words = text.split("\n\n")[1].split()
     assert len(words) <= 120
     summary = " ".join(words)
-    assert f" {gravity[0]} lie in our 95 % interval with gravity, {none[0]} without;" in summary
-    assert f"near that solver's defaults {gravity[1]} and {none[1]} do," in summary
+    assert (
+        f" {gravity[0]} would lie in our intervals (95 % of draws) with gravity, {none[0]} without;"
+        in summary
+    )
+    # One setting of the paper's solver in a small study: its errors are those of all.
+    assert f"by setting, {gravity[1]} to {gravity[1]} and {none[1]} to {none[1]};" in summary
     instants = pd.read_csv(beside / "instants.csv")
-    peaks = instants[instants["first"] & instants["random"].notna() & (instants["at"] > 0)]
-    dated = len(peaks.drop_duplicates(["scene", "quantity", "at"]))
-    assert f"Of {dated} printed instants of peaks" in summary
+    peaks = instants[instants["random"].notna() & (instants["at"] > 0) & (instants["hypothesis"] == "none")]
+    # The acceleration at 150 rpm is printed with either sign.
+    assert len(peaks.drop_duplicates(["scene", "quantity"])) == 21
+    assert "of 20 printed instants of peaks" in summary
     shipped = forms.groupby("id")["median"].transform("first")  # of the same draws
     assert forms["change"].to_numpy() == pytest.approx((forms["median"] - shipped).to_numpy(), nan_ok=True)
 
@@ -202,7 +207,7 @@ def test_a_refusal_and_a_run_that_stopped_are_shown_with_their_reason():
     )
     stopped = Outcome("work-limit", "shorten drive.cycles", partial=partial)
     results = {
-        (law, "reference", tolerance): refused if law == "foundation" else stopped
+        (law, "reference", tolerance, 0.0): refused if law == "foundation" else stopped
         for law, each in TOLERANCES.items()
         for tolerance in each
     }
