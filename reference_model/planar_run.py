@@ -41,6 +41,10 @@ LARGEST_STEP = 1.0 / 50.0
 """Longest step, as a share of the duration or of a cycle."""
 PARTS = 6
 """Parts of a step at whose ends extrema and singular positions are looked for."""
+LOCKING = 0.1
+"""Singular value, relative to that at the start, below which a speed drive may be about to lock."""
+AHEAD = 1e-4
+"""Longest time (s) before a lock at which steps that cover less than what is left end the run."""
 _STEPS = 128
 """Steps after which the compiled integrator returns."""
 _REMEDIES = {
@@ -195,6 +199,12 @@ def singular_time(assembly: Assembly, times: Array, y: Array, jacobians: Array) 
         known = inside or k < PARTS or step == len(times) - 1
         if known and min(lower.fun, sigma[step, k]) < SINGULAR:
             return float(lower.x if inside else times[step, k])
+    # Where a drive locks, the square of the singular value falls at a finite rate; steps at round-off creep.
+    if assembly.model.omega != 0.0 and len(times):
+        (first, last), way = sigma.flat[[0, -1]] ** 2, times[-1, -1] - times[0, 0]
+        left = last * way / (first - last) if last < first < LOCKING**2 else math.inf
+        if way < left < AHEAD:
+            return float(times[-1, -1] + left)
     return math.inf
 
 
