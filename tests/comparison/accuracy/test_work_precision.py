@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from comparison.accuracy.refine import FLOOR
-from comparison.accuracy.work_precision import TimedRun, candidates, evaluate_runs, pareto
+from comparison.accuracy.work_precision import TimedRun, candidates, evaluate_runs
 from comparison.scene import load_scene
-from comparison.words.accuracy import settings_basis, settings_commands
+from comparison.words.accuracy import settings_basis
 
 SCENE = load_scene("150rpm-0.2mm", {"drive.cycles": 1.0, "clearance.slider": 2e-4})
 CANDIDATES = candidates(SCENE)
@@ -77,22 +77,3 @@ def test_one_model_alone_is_unconfirmed():
     nothing = measured(lost=("minimal", "tree", "full"))
     assert (nothing.exact, nothing.front, nothing.cheapest(1e-5)) == (None, (), None)
     assert settings_basis(nothing) == "no two runs have a result: errors are unknown"
-
-
-def test_a_command_for_each_error():
-    (holds, command), (also, _), *_ = settings_commands(measured(lost=(1e-7,)))
-    assert holds.startswith("1e-05 m on 49% of the run, ")  # a window less than half
-    assert "--set solver.reference.formulation=minimal --set solver.reference.tolerance=1e-06" in command
-    assert also.startswith("1e-06 to 1e-07 m on ")  # without 1e-7 one setting is the cheapest for both
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_no_point_of_a_front_is_beaten_and_every_other_one_is(seed):
-    errors, costs = np.random.default_rng(seed).integers(0, 12, (2, 40)).astype(float)
-    front = pareto(errors, costs)
-    as_good = (errors[:, None] <= errors) & (costs[:, None] <= costs)
-    beaten = (as_good & ((errors[:, None] < errors) | (costs[:, None] < costs))).any(axis=0)
-    points = list(zip(errors[front], costs[front], strict=True))
-    assert len(set(points)) == len(points)  # equal points once
-    assert set(points) == set(zip(errors[~beaten], costs[~beaten], strict=True))
-    assert pareto(np.empty(0), np.empty(0)).size == 0

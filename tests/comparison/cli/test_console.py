@@ -50,16 +50,6 @@ def test_commands_that_run_nothing_fit_the_terminal(columns, capsys):
         assert len(out.splitlines()) > 8
 
 
-def test_only_the_last_text_is_cut_and_paths_are_not_broken(monkeypatch):
-    rows = [("name", "value", "note"), ("first", "12345678", "a long explanation"), ("b", "1", "")]
-    for width, cut in ((40, "a long explanation"), (30, "a long exp..."), (12, "a long ex...")):
-        monkeypatch.setenv("COLUMNS", str(width))
-        shown = ["name      value  note", f"first  12345678  {cut}", "b             1"]
-        assert console.columns(rows, right=(1,)) == shown
-    path = "a-folder/of-a/long-name/with-hyphens-and/more-of-it.csv"
-    assert console.wrapped(f"a table of the scene is in {path}") == ["a table of the scene is in", path]
-
-
 def test_control_characters_are_shown_not_obeyed():
     assert console.printable("a\x1b[31m\x07 \u202egpj \udcff") == r"a\x1b[31m\x07 \u202egpj \udcff"
     assert console.printable("9\u00a0µm ✓\n\t|") == "9\u00a0µm ✓\n\t|"

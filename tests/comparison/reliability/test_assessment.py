@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 from scipy.special import ndtr
 
-from comparison.reliability.assessment import assess, cap, reliability_index, sensitivity
+from comparison.reliability.assessment import assess, reliability_index, sensitivity
 from comparison.reliability.errors import (
     MANY,
     half_width,
@@ -110,15 +110,6 @@ def test_the_interval_of_an_average_covers_it_also_where_the_cycles_share_their_
 # ---- reliabilities
 
 
-def test_without_error_the_reliability_is_the_cap(press):
-    for upper in (1e-6, 80.0, 1e3):
-        assert cap(Limits(upper=upper)) == pytest.approx(0.9986501020, abs=5e-11)  # Phi(3)
-    for quantity in assess(slider_errors(press(), press(), PERIOD), Reliability()).values():
-        assert quantity.capped.all()
-        assert not quantity.half_width.any()
-        assert np.all(quantity.within == 1.0)
-
-
 @pytest.mark.parametrize(("mean", "deviation"), [(2.0, 1.0), (0.1, 3.0), (-1.0, 0.5)])
 def test_the_sensitivity_is_the_derivative_in_the_averages_of_errors_and_of_their_squares(mean, deviation):
     limits, h = Limits(lower=-1.0, upper=8.0), 1e-5
@@ -132,21 +123,12 @@ def test_the_sensitivity_is_the_derivative_in_the_averages_of_errors_and_of_thei
     assert sensitivity(limits, mean, deviation) == pytest.approx(known, rel=1e-8)
 
 
-@pytest.mark.parametrize(
-    ("cycles", "changes", "mean", "count"),
-    [
-        (2, {}, 8.0, 10),
-        (2, {"errors": "signed", "bins": 4}, -8.0, 4),  # the sign counts only if asked
-        (0.06, {}, 8.0, 1),  # of a part of a cycle the first bin
-    ],
-)
-def test_a_constant_error_has_the_closed_form(press, cycles, changes, mean, count):
-    settings = Reliability(acceleration=AccelerationLimits(upper=80.0), **changes)
-    result = assess(slider_errors(press(-8.0, cycles), press(0.0, cycles), PERIOD), settings)["acceleration"]
-    # Of a part of a cycle the bin ends with the run.
-    ends = [21.6] if cycles < 1 else [360.0 / settings.bins * (n + 1) for n in range(count)]
-    assert result.angle.tolist() == ends
-    assert result.cycles.tolist() == [np.ceil(cycles)] * count
-    assert result.mean == pytest.approx(np.full(count, mean), rel=1e-12)
-    assert result.reliability == pytest.approx(np.full(count, ndtr((40.0 - mean) / (80.0 / 6))), rel=1e-12)
+def test_of_a_part_of_a_cycle_the_first_bin_ends_with_the_run_and_the_sign_counts_if_it_is_asked_for(press):
+    settings = Reliability(acceleration=AccelerationLimits(upper=80.0), errors="signed")
+    result = assess(slider_errors(press(-8.0, 0.06), press(0.0, 0.06), PERIOD), settings)["acceleration"]
+    assert (result.angle.tolist(), result.cycles.tolist()) == ([21.6], [1.0])
+    known = -8.0, float(ndtr((40.0 + 8.0) / (80.0 / 6)))
+    assert (*result.mean, *result.reliability) == pytest.approx(known, rel=1e-12)
     assert not result.capped.any()
+    without = assess(slider_errors(press(), press(), PERIOD), Reliability())
+    assert all(quantity.capped.all() for quantity in without.values())
