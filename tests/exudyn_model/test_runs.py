@@ -1,6 +1,5 @@
 """Runs of every formulation: settings, refusals, failures."""
 
-
 import pytest
 
 from exudyn_model import simulate
@@ -28,8 +27,9 @@ def test_unsupported_scenes_are_refused_in_one_line(make_scene, changes, message
     assert str(caught.value) == message
 
 
-
-
+def test_a_method_that_is_named_decides_the_formulation(run):
+    provenance = run({"solver.exudyn": {"method": "trapezoidal-index2"}, "drive.cycles": 0.002}).provenance
+    assert provenance["formulation"] == "five bodies"
 
 
 # A step as long as a contact, walls a million times as stiff; numbers that overflow; below round-off;

@@ -48,8 +48,6 @@ def test_what_a_step_is_not_certain_of_is_met_by_the_next_one(run):
     assert invariants["driving-friction"]["value"] <= invariants["driving-friction"]["bound"]
 
 
-
-
 def test_friction_of_a_soft_side_goes_on_to_the_regime_that_its_own_slip_enters(run):
     """Two of these starts stopped in chatter where the corner's slip told which regime comes next."""
     soft = {"contact.youngs_modulus": 1.5e6, "contact.poisson": 0.17, "clearance.slider": 9.5e-4}
@@ -141,8 +139,6 @@ def test_baumgarte_bounds_the_drift(run, gain):
     early, late = (result.provenance["constraints"]["position"] for result in results)
     assert (late < 1.3 * early) == (gain > 0.0)
     assert gain > 0.0 or 4.0 < late / early < 32.0
-
-
 
 
 QUARTER = {"drive.cycles": 0.25}

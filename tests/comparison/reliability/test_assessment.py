@@ -17,7 +17,6 @@ from comparison.scene.schema import AccelerationLimits, Limits, Reliability
 from comparison.tables.table import Table, TableError
 
 PERIOD = 0.4
-ENDS = ("time_of_min", "min", "time_of_max", "max")
 REPEATED = 1000
 SAMPLES = 100
 # Of 1000 intervals with a probability of 0.95 each, the share that covers is within 0.021 of it in 99.7 %.
@@ -39,25 +38,12 @@ def test_the_ideal_is_interpolated_to_the_times_of_the_result_whatever_they_are(
         slider_errors(fine, Table(press().frame.drop(columns="slider_ay")), PERIOD)
 
 
-def test_a_peak_between_samples_is_that_of_its_cycle_else_of_the_run(press):
-    """By cycle against a second computation: test_second_opinion.py."""
-    high, low = (
-        0.1002,
-        0.6002,
-    )  # half an interval beside the samples, at which there is nothing of either peak
-    ideal = [-0.1 * (2 * np.pi / PERIOD) ** 2 * np.cos(2 * np.pi * at / PERIOD) for at in (high, low)]
-    by_cycle = ([high, 0.6], [ideal[0] - 100.0, ideal[1]], [0.2, low], [ideal[1], ideal[1] + 77.5])
-    extrema = {f"slider_ay_{part}": np.array(values) for part, values in zip(ENDS, by_cycle, strict=True)}
-    errors = slider_errors(Table(press().frame, cycle_extrema=extrema), press(), PERIOD)
-    for window, size, at in (((), -100.0, high), ((0.4, 0.8), 77.5, low)):
-        peak = errors.peak("slider_ay", *window)
-        # The ideal one between its samples: as above.
-        assert (peak.value, peak.time) == (pytest.approx(size, abs=1e-4), at)
-    # Where only other channels have extrema by cycle those of the whole run count.
-    whole = {"slider_ay": dict(zip(ENDS, (high, -130.0, 0.2, 30.0), strict=True))}
-    of_x = {f"slider_x_{part}": np.array([0.0, 0.0]) for part in ENDS}
-    run = Table(press().frame, extrema=whole, cycle_extrema=of_x)
-    assert slider_errors(run, press(), PERIOD).peak("slider_ay").time == high
+def test_where_only_other_channels_have_extrema_by_cycle_those_of_the_whole_run_count(press):
+    """By cycle, against a second computation: test_second_opinion.py."""
+    ends = {"time_of_min": 0.1002, "min": -130.0, "time_of_max": 0.2, "max": 30.0}
+    of_x = {f"slider_x_{part}": np.array([0.0, 0.0]) for part in ends}
+    run = Table(press().frame, extrema={"slider_ay": ends}, cycle_extrema=of_x)
+    assert slider_errors(run, press(), PERIOD).peak("slider_ay").time == 0.1002
 
 
 # ---- averages

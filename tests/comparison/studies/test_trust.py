@@ -47,8 +47,6 @@ def test_other_code_replaces_exactly_one_place_of_the_present_sources(fault):
             seeded.changed(replace(fault, old=old))
 
 
-
-
 def test_every_fault_is_tried_at_the_tiers_that_run_it_and_only_a_wrong_number_changes_the_scene():
     assert len({(fault.name, fault.model) for fault in FAULTS}) == len(FAULTS)
     assert {fault.spoil for fault in FAULTS if fault.kind == "table"} == seeded.SPOILS.keys()
