@@ -50,6 +50,16 @@ def test_commands_that_run_nothing_fit_the_terminal(columns, capsys):
         assert len(out.splitlines()) > 8
 
 
+def test_only_the_last_text_is_cut_and_paths_are_not_broken(monkeypatch):
+    rows = [("name", "value", "note"), ("first", "12345678", "a long explanation"), ("b", "1", "")]
+    for width, cut in ((40, "a long explanation"), (30, "a long exp..."), (12, "a long ex...")):
+        monkeypatch.setenv("COLUMNS", str(width))
+        shown = ["name      value  note", f"first  12345678  {cut}", "b             1"]
+        assert console.columns(rows, right=(1,)) == shown
+    path = "a-folder/of-a/long-name/with-hyphens-and/more-of-it.csv"
+    assert console.wrapped(f"a table of the scene is in {path}") == ["a table of the scene is in", path]
+
+
 def test_control_characters_are_shown_not_obeyed():
     assert console.printable("a\x1b[31m\x07 \u202egpj \udcff") == r"a\x1b[31m\x07 \u202egpj \udcff"
     assert console.printable("9\u00a0µm ✓\n\t|") == "9\u00a0µm ✓\n\t|"
@@ -145,10 +155,17 @@ def test_a_file_that_is_too_large_is_refused_before_it_is_read(name, command, mo
 # Commands of a report
 
 
+def scene_file(name, extra):
+    text = '[scene]\nextends = "paper"\n[output]\nsamples_per_cycle = 100\n'
+    Path(f"{name}.toml").write_text(text + extra)
+    return f"{name}.toml"
+
+
 @pytest.fixture
-def validate(capsys, fake_models, wide):
+def validate(capsys, fake_models, monkeypatch):
     """Validate by one worker; return the exit code, and the commands that the page shows."""
-    del fake_models, wide
+    del fake_models
+    monkeypatch.setenv("COLUMNS", "2000")
 
     def validated(*arguments):
         code = main(["validate", "--jobs", "1", "--quick", "-q", *arguments])
@@ -160,11 +177,9 @@ def validate(capsys, fake_models, wide):
 
 
 @pytest.mark.parametrize(("what", "count"), [("differ", 3), ("fail", 1), ("crash", 1)])
-def test_each_command_of_the_report_repeats_the_changed_scene(
-    what, count, gravity, scene_file, validate, capsys
-):
+def test_each_command_of_the_report_repeats_the_changed_scene(what, count, gravity, validate, capsys):
     Path("my scenes").mkdir()
-    path = shutil.copy(scene_file("own", extra="[drive]\ncycles = 1\n"), "my scenes")
+    path = shutil.copy(scene_file("own", "[drive]\ncycles = 1\n"), "my scenes")
     changes = [f"environment.gravity={getattr(gravity, what)}", "mechanism.rocker_pivot=[0.2568, 0.21]"]
     options = [word for change in changes for word in ("--set", change)]
     code, (own, *advice) = validate(path, *options)
@@ -185,8 +200,8 @@ def test_each_command_of_the_report_repeats_the_changed_scene(
         assert capsys.readouterr().err.count("did not succeed") == 1
 
 
-def test_an_indeterminate_scene_is_looked_at_again_at_finer_settings(scene_file, validate):
-    path = scene_file("coarse", extra="[solver.exudyn]\nstep = 1e-3\n")
+def test_an_indeterminate_scene_is_looked_at_again_at_finer_settings(validate):
+    path = scene_file("coarse", "[solver.exudyn]\nstep = 1e-3\n")
     code, commands = validate(path, "--set", "drive.cycles=1")
     finer = load_scene(path, {"drive.cycles": 1}).command("validate", "--quick", "--accuracy", "strict")
     assert (code, finer in commands) == (3, True)

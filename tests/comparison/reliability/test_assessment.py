@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 from scipy.special import ndtr
 
-from comparison.reliability.assessment import assess, reliability_index, sensitivity
+from comparison.reliability.assessment import assess
 from comparison.reliability.errors import (
     MANY,
     half_width,
@@ -13,7 +13,7 @@ from comparison.reliability.errors import (
     slider_errors,
     standard_error,
 )
-from comparison.scene.schema import AccelerationLimits, Limits, Reliability
+from comparison.scene.schema import AccelerationLimits, Reliability
 from comparison.tables.table import Table, TableError
 
 PERIOD = 0.4
@@ -94,19 +94,6 @@ def test_the_interval_of_an_average_covers_it_also_where_the_cycles_share_their_
 
 
 # ---- reliabilities
-
-
-@pytest.mark.parametrize(("mean", "deviation"), [(2.0, 1.0), (0.1, 3.0), (-1.0, 0.5)])
-def test_the_sensitivity_is_the_derivative_in_the_averages_of_errors_and_of_their_squares(mean, deviation):
-    limits, h = Limits(lower=-1.0, upper=8.0), 1e-5
-
-    def index(by_mean, by_square):
-        square = mean**2 + deviation**2 + by_square
-        return float(reliability_index(limits, mean + by_mean, np.sqrt(square - (mean + by_mean) ** 2)))
-
-    # Central differences leave h^2; round-off 1e-16 / h.
-    known = [(index(h, 0) - index(-h, 0)) / (2 * h), (index(0, h) - index(0, -h)) / (2 * h)]
-    assert sensitivity(limits, mean, deviation) == pytest.approx(known, rel=1e-8)
 
 
 def test_of_a_part_of_a_cycle_the_first_bin_ends_with_the_run_and_the_sign_counts_if_it_is_asked_for(press):

@@ -36,6 +36,13 @@ def test_each_cell_is_there_once_and_the_stated_ranges_are_reached():
         values = [value for value in values if key != "drive.speed_rpm" or value > 0]
         assert (min(values), max(values)) == pytest.approx(ends, rel=0.05, abs=0.01 * ends[1])
     assert {cell.law for cell in EVERY_CELL} == {*LAWS}
+    models = {cell.changes.get("contact.damping_model") for cell in EVERY_CELL if cell.axis == HYPERCUBE}
+    assert models == {None, *study.DAMPING_MODELS}
+    for cell in EVERY_CELL:
+        if cell.changes.get("contact.restitution", 1.0) >= 0.05:  # below some damping models are none
+            assert cell.scene.data["contact"]["law"] == cell.law
+            wanted = cell.changes.get("contact.damping_model", "lankarani-nikravesh")
+            assert cell.scene.data["contact"]["damping_model"] == wanted
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,8 @@ import secrets
 import sys
 from collections import Counter
 from dataclasses import replace
+from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -17,7 +19,7 @@ from scipy.stats import beta
 from comparison.accuracy.refine import levels
 from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import run_here
-from comparison.models import MODELS, engine_names
+from comparison.models import MODELS, EngineError, engine_names, find
 from comparison.scene import load_scene
 from comparison.scene.keys import flat
 from comparison.studies.shared.scenes import at_tier
@@ -45,6 +47,18 @@ def test_other_code_replaces_exactly_one_place_of_the_present_sources(fault):
     for old, times in (("a = b", "0"), ("=", r"\d\d+")):
         with pytest.raises(seeded.CatalogueError, match=f"'{old}' is {times} times in {fault.file} of"):
             seeded.changed(replace(fault, old=old))
+
+
+def test_a_copy_is_a_model_of_its_own_and_vanishes():
+    folders, fault = list(sys.path), next(fault for fault in CODE if "/" in fault.file)
+    with installed([fault]):
+        copy = Path(find_spec(fault.engine).origin).parent
+        assert find(fault.engine).value == f"{fault.engine}:simulate"
+        assert fault.new in (copy / fault.file).read_text()
+        assert fault.engine in engine_names()
+    assert sys.path == folders
+    with pytest.raises(EngineError):
+        find(fault.engine)
 
 
 def test_every_fault_is_tried_at_the_tiers_that_run_it_and_only_a_wrong_number_changes_the_scene():
