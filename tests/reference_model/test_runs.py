@@ -141,6 +141,12 @@ def test_baumgarte_bounds_the_drift(run, gain):
     assert gain > 0.0 or 4.0 < late / early < 32.0
 
 
+def test_a_flight_is_integrated_in_few_steps(run):
+    """Eighth order: 31 steps for 500 samples."""
+    flight = {"clearance.slider": 2e-2, "initial.slider_offset": 0.0, "drive.cycles": 0.5}
+    assert run(flight, {TOLERANCE: 1e-13, "output.groups": []}).provenance["counters"]["steps"] < 40
+
+
 QUARTER = {"drive.cycles": 0.25}
 """The first quarter cycle: twelve contacts, among them some of two corners at once."""
 

@@ -5,6 +5,8 @@ import signal
 import time
 from dataclasses import dataclass, field, replace
 
+import pytest
+
 from comparison.execution.pool import Died
 from comparison.execution.tasks import LATE, Task, measure_all, on_processes
 from comparison.scene import Reliability, Scene, load_scene
@@ -54,7 +56,7 @@ def test_whatever_can_change_a_row_makes_it_stale_and_nothing_else(tmp_path):
     def elsewhere(task, progress):
         return square(task, progress)
 
-    def measured(*tasks, by=square):
+    def measured(*tasks, by=square, folder=tmp_path):
         """Count those whose rows were not there."""
         log = []
 
@@ -63,7 +65,7 @@ def test_whatever_can_change_a_row_makes_it_stale_and_nothing_else(tmp_path):
                 log.append(key)
                 yield key, attempt(task, abs)
 
-        measure_all(by, tasks, spread, folder=tmp_path)
+        measure_all(by, tasks, spread, folder=folder)
         return len(log)
 
     elsewhere.__module__ = "comparison.files"
@@ -80,6 +82,9 @@ def test_whatever_can_change_a_row_makes_it_stale_and_nothing_else(tmp_path):
     assert (measured(task, by=elsewhere), measured(Elsewhere(2.0))) == (1, 1)
     same = replace(task, part=Part(PAPER.with_values({"scene.title": "another"})))
     assert measured(task, same) == 0
+    (tmp_path / "file").touch()
+    with pytest.raises(OSError, match="file"):  # what cannot be stored is not lost in silence
+        measured(task, folder=tmp_path / "file" / "mine")
 
 
 def test_on_processes_one_that_dies_is_lost_and_one_that_is_late_is_a_row():
