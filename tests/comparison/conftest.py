@@ -34,27 +34,6 @@ def gravity():
 
 
 @pytest.fixture
-def scene_file(tmp_path):
-    """Scene files whose gravity tells the fake model what to do."""
-
-    def make(name, gravity=9.81, extra=""):
-        path = tmp_path / f"{name}.toml"
-        path.write_text(
-            f'[scene]\nextends = "paper"\n[environment]\ngravity = {gravity}\n'
-            f"[output]\nsamples_per_cycle = 100\n{extra}"
-        )
-        return str(path)
-
-    return make
-
-
-@pytest.fixture
-def wide(monkeypatch):
-    """Lines of the console are as long as they are."""
-    monkeypatch.setenv("COLUMNS", "2000")
-
-
-@pytest.fixture
 def elsewhere(tmp_path, monkeypatch):
     """The working folder is a temporary one."""
     monkeypatch.chdir(tmp_path)

@@ -19,8 +19,6 @@ from reference_model.parameters import SCIPY_METHODS
 TOLERANCE, METHOD = "solver.reference.tolerance", "solver.reference.method"
 FOUNDATION, ADAMS = {"contact.law": "foundation"}, {"contact.law": "adams-impact"}
 PIN = {"joints.crank_pin": "clearance"}
-DENSE = {"drive.cycles": 0.1, "output.samples_per_cycle": 2_000_000}
-"""Samples 2e-7 s apart."""
 
 
 @pytest.fixture
@@ -48,27 +46,6 @@ def test_what_a_step_is_not_certain_of_is_met_by_the_next_one(run):
     rolling |= {"contact.corner_radius": 0.001846716329960792, "friction.coefficient": 0.7798187884448144}
     invariants = run(PIN, rolling, {TOLERANCE: 1e-11}).provenance["invariants"]
     assert invariants["driving-friction"]["value"] <= invariants["driving-friction"]["bound"]
-
-
-@pytest.mark.parametrize(
-    ("changes", "short"),
-    [({TOLERANCE: 1e-8}, 6e-3), ({TOLERANCE: 1e-12}, 2e-5), (ADAMS | {TOLERANCE: 1e-10}, 1e-3)],
-)
-def test_peaks_and_impulses_of_the_event_table_are_those_between_the_steps(run, changes, short):
-    """Against samples: a peak missed for the end of its step is short by a power of the step, N of some 60.
-
-    A sample misses the peak by a tenth of a microsecond: a force of 60 N that rises and falls in 1e-4 s by
-    60 N (pi 1e-7 / 1e-4)^2 / 2 = 3e-4 N, a depth of 4e-6 m by 2e-11 m.
-    """
-    result = run(DENSE, changes)
-    events, columns = result.events, result.columns
-    assert events["peak_force"].max() > 50.0
-    for i, corner in enumerate(events["corner"]):
-        during = slice(*np.searchsorted(columns["time"], [events["start"][i], events["end"][i]]))
-        force, gap = (columns[f"corner_{corner}_{what}"][during] for what in ("normal", "gap"))
-        assert -short < events["peak_force"][i] - force.max() < 4e-4
-        assert -1e-13 < events["largest_depth"][i] + gap.min() < 2e-11
-        assert np.trapezoid(force, columns["time"][during]) == pytest.approx(events["impulse"][i], rel=0.01)
 
 
 def test_friction_of_a_soft_side_goes_on_to_the_regime_that_its_own_slip_enters(run):
@@ -164,18 +141,10 @@ def test_baumgarte_bounds_the_drift(run, gain):
     assert gain > 0.0 or 4.0 < late / early < 32.0
 
 
-def test_a_flight_is_integrated_in_few_steps_as_by_scipy(run):
-    """Eighth order and its dense output: 31 steps for 500 samples, whose difference is rounding, 2e-14 m."""
-    flight = {
-        "clearance.slider": 2e-2,
-        "initial.slider_offset": 0.0,
-        "drive.cycles": 0.5,
-        "output.groups": [],
-    }
-    own, other = (run(flight, {METHOD: method, TOLERANCE: 1e-13}) for method in ("dop853", "scipy-DOP853"))
-    assert own.provenance["counters"]["steps"] < 40
-    for name, bound in (("slider_x", 1e-13), ("slider_y", 1e-13), ("slider_vx", 2e-12)):
-        assert np.abs(own.columns[name] - other.columns[name]).max() < bound
+def test_a_flight_is_integrated_in_few_steps(run):
+    """Eighth order: 31 steps for 500 samples."""
+    flight = {"clearance.slider": 2e-2, "initial.slider_offset": 0.0, "drive.cycles": 0.5}
+    assert run(flight, {TOLERANCE: 1e-13, "output.groups": []}).provenance["counters"]["steps"] < 40
 
 
 QUARTER = {"drive.cycles": 0.25}
@@ -194,7 +163,7 @@ def test_scipy_s_multiplier_form_follows_the_minimal_form(run, method):
     errors = {"slider_x": 1e-9, "slider_y": 1e-9, "slider_angle": 3e-8, "slider_vx": 5e-6}
     # 1e-9 m at the slowest touch, 0.01 m/s: 1e-7 s. An impulse by the speed's times the 0.3 kg that a corner
     # can hit. Depths really differ by 1e-12 m, which 1.5 F / d = 1.7e7 N/m makes 2e-5 N; in either run a peak
-    # that is missed for the end of its step may be short by as much (see the compiled integrator's test).
+    # that is missed for the end of its step may be short by as much.
     errors |= {"start": 1e-7, "end": 1e-7, "normal_speed": 5e-6, "impulse": 1.5e-6, "largest_depth": 1e-9}
     for name, error in (errors | {"peak_force": 1e-4}).items():
         a, b = ((of.columns if name in of.columns else of.events)[name] for of in (full, few))

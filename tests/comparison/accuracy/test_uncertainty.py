@@ -43,39 +43,6 @@ def test_samples_may_be_dense_in_part_and_runs_from_moved_starts_count():
     assert model_uncertainty(Runs(base, finer), "slider_x", 1.0, [far]).min() > 5.0
 
 
-@pytest.mark.parametrize(
-    ("coarse", "u"),
-    [(0.5, 3.0), (1.5, 4.5), (3.0, 4.5), (10.0, 1.25 / 0.9), (40.0, 12.0)],  # the last of 40 / 10
-)
-def test_below_the_expected_order_the_observed_ratio_of_levels_counts(coarse, u):
-    base, step = np.zeros(9), np.ones(9)
-    levels = RunValues(base, step, coarse * step, (), 10.0, 1.0)
-    assert uncertainty(levels, 1, 1e-15) == pytest.approx(np.full(9, u))
-
-
-def test_a_moved_start_counts_as_far_as_the_run_s_own_error_has_come():
-    base = np.zeros(60)
-    finer, moved = base.copy(), np.full(60, 100.0)
-    finer[20:40] = 10.0
-    u = uncertainty(RunValues(base, finer, None, (moved,)), 1, 1e-15)
-    assert u == pytest.approx(np.where(np.arange(60) < 19, 1e-15, 30.0))  # not less once it is less again
-    assert uncertainty(RunValues(base, finer, None, (moved,)), 0, 1e-15) == pytest.approx(np.full(60, 300.0))
-
-
-def test_a_force_of_zero_is_unknown_where_its_gap_may_be_closed():
-    time = np.linspace(0.0, 1.0, 1001)
-    gap = 1e-3 * (time - 0.5)  # closed up to half of the time
-    force = np.where(gap < 0.0, 7.0, 0.0)
-    base, finer = (
-        Table(pd.DataFrame({"time": time, "corner_ll_gap": gap + late, "corner_ll_normal": force}))
-        for late in (0.0, 1e-5)
-    )
-    u = model_uncertainty(Runs(base, finer), "corner_ll_normal", 1.0)
-    unknown = (gap >= 0.0) & (gap <= 3e-5)
-    assert np.all(u[unknown] == 7.0)
-    assert np.all(u[~unknown] < 1e-3)
-
-
 @pytest.mark.parametrize("clearance", [5e-4, 1e-7, 1e-9])
 def test_the_perturbed_runs_start_a_billionth_of_the_clearance_away(clearance):
     small = {"clearance.slider": clearance, "initial.slider_offset": 0.1 * clearance}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from comparison.accuracy.refine import FLOOR
-from comparison.accuracy.work_precision import TimedRun, candidates, evaluate_runs, pareto
+from comparison.accuracy.work_precision import TimedRun, candidates, evaluate_runs
 from comparison.scene import load_scene
 from comparison.words.accuracy import settings_basis, settings_commands
 
@@ -28,15 +28,6 @@ def measured(unknown=0.5, lost=(), cost=0.1):
             TimedRun(candidate, "chatter", np.nan) if gone else TimedRun(candidate, "success", seconds, x)
         )
     return evaluate_runs(SCENE, rows)
-
-
-def test_the_two_models_most_accurate_settings_come_first_and_the_rest_from_coarse_to_fine():
-    (first, second), rest = [(one.formulation, one.setting) for one in CANDIDATES[:2]], CANDIDATES[2:5]
-    assert (first, second) == (("minimal", 1e-13), ("tree", 1e-11))
-    assert [one.setting for one in rest] == [1e-6, 1e-6, 8e-6]
-    assert len({(one.formulation, one.setting) for one in CANDIDATES}) == len(CANDIDATES) == 1 + 7 + 6 + 6
-    named = SCENE.with_values({"solver.reference.formulation": "multiplier", "output.groups": ["joints"]})
-    assert {candidate.formulation for candidate in candidates(named)} == {"minimal", "multiplier", "full"}
 
 
 @pytest.mark.parametrize("error", [1e-5, 1e-6, 1e-9])
@@ -84,15 +75,3 @@ def test_a_command_for_each_error():
     assert holds.startswith("1e-05 m on 49% of the run, ")  # a window less than half
     assert "--set solver.reference.formulation=minimal --set solver.reference.tolerance=1e-06" in command
     assert also.startswith("1e-06 to 1e-07 m on ")  # without 1e-7 one setting is the cheapest for both
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_no_point_of_a_front_is_beaten_and_every_other_one_is(seed):
-    errors, costs = np.random.default_rng(seed).integers(0, 12, (2, 40)).astype(float)
-    front = pareto(errors, costs)
-    as_good = (errors[:, None] <= errors) & (costs[:, None] <= costs)
-    beaten = (as_good & ((errors[:, None] < errors) | (costs[:, None] < costs))).any(axis=0)
-    points = list(zip(errors[front], costs[front], strict=True))
-    assert len(set(points)) == len(points)  # equal points once
-    assert set(points) == set(zip(errors[~beaten], costs[~beaten], strict=True))
-    assert pareto(np.empty(0), np.empty(0)).size == 0

@@ -155,10 +155,17 @@ def test_a_file_that_is_too_large_is_refused_before_it_is_read(name, command, mo
 # Commands of a report
 
 
+def scene_file(name, extra):
+    text = '[scene]\nextends = "paper"\n[output]\nsamples_per_cycle = 100\n'
+    Path(f"{name}.toml").write_text(text + extra)
+    return f"{name}.toml"
+
+
 @pytest.fixture
-def validate(capsys, fake_models, wide):
+def validate(capsys, fake_models, monkeypatch):
     """Validate by one worker; return the exit code, and the commands that the page shows."""
-    del fake_models, wide
+    del fake_models
+    monkeypatch.setenv("COLUMNS", "2000")
 
     def validated(*arguments):
         code = main(["validate", "--jobs", "1", "--quick", "-q", *arguments])
@@ -170,11 +177,9 @@ def validate(capsys, fake_models, wide):
 
 
 @pytest.mark.parametrize(("what", "count"), [("differ", 3), ("fail", 1), ("crash", 1)])
-def test_each_command_of_the_report_repeats_the_changed_scene(
-    what, count, gravity, scene_file, validate, capsys
-):
+def test_each_command_of_the_report_repeats_the_changed_scene(what, count, gravity, validate, capsys):
     Path("my scenes").mkdir()
-    path = shutil.copy(scene_file("own", extra="[drive]\ncycles = 1\n"), "my scenes")
+    path = shutil.copy(scene_file("own", "[drive]\ncycles = 1\n"), "my scenes")
     changes = [f"environment.gravity={getattr(gravity, what)}", "mechanism.rocker_pivot=[0.2568, 0.21]"]
     options = [word for change in changes for word in ("--set", change)]
     code, (own, *advice) = validate(path, *options)
@@ -195,8 +200,8 @@ def test_each_command_of_the_report_repeats_the_changed_scene(
         assert capsys.readouterr().err.count("did not succeed") == 1
 
 
-def test_an_indeterminate_scene_is_looked_at_again_at_finer_settings(scene_file, validate):
-    path = scene_file("coarse", extra="[solver.exudyn]\nstep = 1e-3\n")
+def test_an_indeterminate_scene_is_looked_at_again_at_finer_settings(validate):
+    path = scene_file("coarse", "[solver.exudyn]\nstep = 1e-3\n")
     code, commands = validate(path, "--set", "drive.cycles=1")
     finer = load_scene(path, {"drive.cycles": 1}).command("validate", "--quick", "--accuracy", "strict")
     assert (code, finer in commands) == (3, True)

@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 from scipy.special import ndtr
 
-from comparison.reliability.assessment import assess, cap, reliability_index, sensitivity
+from comparison.reliability.assessment import assess
 from comparison.reliability.errors import (
     MANY,
     half_width,
@@ -13,11 +13,10 @@ from comparison.reliability.errors import (
     slider_errors,
     standard_error,
 )
-from comparison.scene.schema import AccelerationLimits, Limits, Reliability
+from comparison.scene.schema import AccelerationLimits, Reliability
 from comparison.tables.table import Table, TableError
 
 PERIOD = 0.4
-ENDS = ("time_of_min", "min", "time_of_max", "max")
 REPEATED = 1000
 SAMPLES = 100
 # Of 1000 intervals with a probability of 0.95 each, the share that covers is within 0.021 of it in 99.7 %.
@@ -39,25 +38,12 @@ def test_the_ideal_is_interpolated_to_the_times_of_the_result_whatever_they_are(
         slider_errors(fine, Table(press().frame.drop(columns="slider_ay")), PERIOD)
 
 
-def test_a_peak_between_samples_is_that_of_its_cycle_else_of_the_run(press):
-    """By cycle against a second computation: test_second_opinion.py."""
-    high, low = (
-        0.1002,
-        0.6002,
-    )  # half an interval beside the samples, at which there is nothing of either peak
-    ideal = [-0.1 * (2 * np.pi / PERIOD) ** 2 * np.cos(2 * np.pi * at / PERIOD) for at in (high, low)]
-    by_cycle = ([high, 0.6], [ideal[0] - 100.0, ideal[1]], [0.2, low], [ideal[1], ideal[1] + 77.5])
-    extrema = {f"slider_ay_{part}": np.array(values) for part, values in zip(ENDS, by_cycle, strict=True)}
-    errors = slider_errors(Table(press().frame, cycle_extrema=extrema), press(), PERIOD)
-    for window, size, at in (((), -100.0, high), ((0.4, 0.8), 77.5, low)):
-        peak = errors.peak("slider_ay", *window)
-        # The ideal one between its samples: as above.
-        assert (peak.value, peak.time) == (pytest.approx(size, abs=1e-4), at)
-    # Where only other channels have extrema by cycle those of the whole run count.
-    whole = {"slider_ay": dict(zip(ENDS, (high, -130.0, 0.2, 30.0), strict=True))}
-    of_x = {f"slider_x_{part}": np.array([0.0, 0.0]) for part in ENDS}
-    run = Table(press().frame, extrema=whole, cycle_extrema=of_x)
-    assert slider_errors(run, press(), PERIOD).peak("slider_ay").time == high
+def test_where_only_other_channels_have_extrema_by_cycle_those_of_the_whole_run_count(press):
+    """By cycle, against a second computation: test_second_opinion.py."""
+    ends = {"time_of_min": 0.1002, "min": -130.0, "time_of_max": 0.2, "max": 30.0}
+    of_x = {f"slider_x_{part}": np.array([0.0, 0.0]) for part in ends}
+    run = Table(press().frame, extrema={"slider_ay": ends}, cycle_extrema=of_x)
+    assert slider_errors(run, press(), PERIOD).peak("slider_ay").time == 0.1002
 
 
 # ---- averages
@@ -110,43 +96,12 @@ def test_the_interval_of_an_average_covers_it_also_where_the_cycles_share_their_
 # ---- reliabilities
 
 
-def test_without_error_the_reliability_is_the_cap(press):
-    for upper in (1e-6, 80.0, 1e3):
-        assert cap(Limits(upper=upper)) == pytest.approx(0.9986501020, abs=5e-11)  # Phi(3)
-    for quantity in assess(slider_errors(press(), press(), PERIOD), Reliability()).values():
-        assert quantity.capped.all()
-        assert not quantity.half_width.any()
-        assert np.all(quantity.within == 1.0)
-
-
-@pytest.mark.parametrize(("mean", "deviation"), [(2.0, 1.0), (0.1, 3.0), (-1.0, 0.5)])
-def test_the_sensitivity_is_the_derivative_in_the_averages_of_errors_and_of_their_squares(mean, deviation):
-    limits, h = Limits(lower=-1.0, upper=8.0), 1e-5
-
-    def index(by_mean, by_square):
-        square = mean**2 + deviation**2 + by_square
-        return float(reliability_index(limits, mean + by_mean, np.sqrt(square - (mean + by_mean) ** 2)))
-
-    # Central differences leave h^2; round-off 1e-16 / h.
-    known = [(index(h, 0) - index(-h, 0)) / (2 * h), (index(0, h) - index(0, -h)) / (2 * h)]
-    assert sensitivity(limits, mean, deviation) == pytest.approx(known, rel=1e-8)
-
-
-@pytest.mark.parametrize(
-    ("cycles", "changes", "mean", "count"),
-    [
-        (2, {}, 8.0, 10),
-        (2, {"errors": "signed", "bins": 4}, -8.0, 4),  # the sign counts only if asked
-        (0.06, {}, 8.0, 1),  # of a part of a cycle the first bin
-    ],
-)
-def test_a_constant_error_has_the_closed_form(press, cycles, changes, mean, count):
-    settings = Reliability(acceleration=AccelerationLimits(upper=80.0), **changes)
-    result = assess(slider_errors(press(-8.0, cycles), press(0.0, cycles), PERIOD), settings)["acceleration"]
-    # Of a part of a cycle the bin ends with the run.
-    ends = [21.6] if cycles < 1 else [360.0 / settings.bins * (n + 1) for n in range(count)]
-    assert result.angle.tolist() == ends
-    assert result.cycles.tolist() == [np.ceil(cycles)] * count
-    assert result.mean == pytest.approx(np.full(count, mean), rel=1e-12)
-    assert result.reliability == pytest.approx(np.full(count, ndtr((40.0 - mean) / (80.0 / 6))), rel=1e-12)
+def test_of_a_part_of_a_cycle_the_first_bin_ends_with_the_run_and_the_sign_counts_if_it_is_asked_for(press):
+    settings = Reliability(acceleration=AccelerationLimits(upper=80.0), errors="signed")
+    result = assess(slider_errors(press(-8.0, 0.06), press(0.0, 0.06), PERIOD), settings)["acceleration"]
+    assert (result.angle.tolist(), result.cycles.tolist()) == ([21.6], [1.0])
+    known = -8.0, float(ndtr((40.0 + 8.0) / (80.0 / 6)))
+    assert (*result.mean, *result.reliability) == pytest.approx(known, rel=1e-12)
     assert not result.capped.any()
+    without = assess(slider_errors(press(), press(), PERIOD), Reliability())
+    assert all(quantity.capped.all() for quantity in without.values())

@@ -11,13 +11,14 @@ from pathlib import Path
 import fake_model
 import pandas as pd
 import pytest
+from installed import write_package
 
 from comparison.accuracy.uncertainty import Runs
 from comparison.cli import main
 from comparison.cli import study as reports
 from comparison.execution.pool import kept_workers
 from comparison.execution.run import Outcome
-from comparison.models import GROUP, ROOT, platform_name
+from comparison.models import ROOT, platform_name
 from comparison.report import svg
 from comparison.scene import load_scene, shipped_scenes
 from comparison.studies import MOVED, NAMES, verdicts
@@ -49,12 +50,8 @@ def fakes(fakes):
     @contextmanager
     def all_fakes(folder, monkeypatch):
         with fakes(folder, monkeypatch) as log:
-            package, info = (folder / "fakes" / name for name in ("truth_press", "truth_press.dist-info"))
-            for each in (package, info):
-                each.mkdir(exist_ok=True)
-            shutil.copy(fake_model.__file__, package / "__init__.py")
-            (info / "METADATA").write_text("Metadata-Version: 2.1\nName: truth_press\nVersion: 1\n")
-            (info / "entry_points.txt").write_text(f"[{GROUP}]\ntruth = truth_press:simulate\n")
+            source = Path(fake_model.__file__).read_text("utf-8")
+            write_package(folder / "fakes", "truth_press", source, {"truth": "truth_press:simulate"})
             monkeypatch.delitem(sys.modules, "truth_press", raising=False)
             yield log
             sys.modules.pop("truth_press", None)

@@ -23,7 +23,8 @@ def curve(order, factor=1.0):
 
 
 def test_costs_at_equal_error_are_those_of_the_powers_and_nothing_is_extrapolated():
-    points = pd.DataFrame([(1e-3, 1.0), (1e-4, 2.0), (2e-4, 3.0), (1e-6, 4.0)], columns=["error", "seconds"])
+    rows = [(1e-3, 1.0), (1e-4, 2.0), (1e-4, 2.0), (1e-4, 2.5), (2e-4, 3.0), (1e-6, 4.0)]
+    points = pd.DataFrame(rows, columns=["error", "seconds"])  # equal points once
     assert front(points).to_numpy().tolist() == [[1e-3, 1.0], [1e-4, 2.0], [1e-6, 4.0]]
     two, four = curve(2.0), curve(4.0, factor=10.0)
     # error = 1e-3 h^p and cost = f / h.
