@@ -250,8 +250,8 @@ def _mm(metres: float) -> str:
 # ---- the report
 
 _BUILT_IN = {
-    "reference": "a hand-written solver of the paper's equations",
-    "exudyn": "the same press, written independently as a multibody model in Exudyn",
+    "reference": "a hand-written solver of the equations",
+    "exudyn": "the same scenes, written independently as multibody models in Exudyn",
 }
 """Label of a built-in model -> its description."""
 
