@@ -135,14 +135,19 @@ def _start(model: Linkage, size: float, scene: Mapping[str, Any]) -> Assembly:
         q -= units * step / max(1.0, np.abs(step[2::3]).max())
     dependent, assembled = rows - _rank(matrix[:rows]), wrong <= _ASSEMBLED
     if dependent and (assembled or free < 0):
-        raise ValueError(f"pin: too many constraints: {dependent} of {rows} rows are dependent at the start")
+        count = f"{dependent} of {rows} rows of the constraints are dependent at the start"
+        raise ValueError(f"pin: too many constraints, or a singular position: {count}")
     at_rest = not by_speed and not rates
     if len(known) != free + by_speed or not (at_rest or len(rates) == free):
         needs, has = (f"{n} position{'s' * (n != 1)} and {m} rate{'s' * (m != 1)}"
                       for n, m in ((free + by_speed, free), (len(known), len(rates))))  # fmt: skip
-        raise ValueError(f"initial: this linkage needs {needs}, and has {has}")
+        rest = "" if by_speed or not free else ", or no rate at rest"
+        raise ValueError(f"initial: this linkage needs {needs}{rest}, and has {has}")
     if not assembled:
-        raise ValueError(f"guess: the linkage cannot be assembled: joints stay {wrong:.1g} of its size apart")
+        raise ValueError(
+            f"guess: the linkage cannot be assembled: joints stay apart by {wrong:.1g} of its size "
+            "with the values of [initial], 0 for the angle of a driven body without one"
+        )
     moving = np.vstack([matrix[:rows], fixed[[*rates]]])
     if _rank(matrix) < columns or not (at_rest or _rank(moving) == columns):
         raise ValueError("initial: the values given do not determine the start")

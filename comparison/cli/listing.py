@@ -115,7 +115,8 @@ def keys(
         return print_json([key._asdict() for key in listed])
     for key in listed:
         default = "" if key.default is None else f" = {readable(key.default)} {key.unit}".rstrip()
-        notes = "; ".join(filter(None, (key.bounds, key.source)))
+        unit = key.unit if key.default is None else ""
+        notes = "; ".join(filter(None, (unit, key.bounds, key.source)))
         say_wrapped(f"{key.name}{default}{f' ({notes})' if notes else ''}", rest="    ")
         say(*wrapped(key.description, first="    "))
     return 0

@@ -226,7 +226,7 @@ def verdict_lines(comparisons: Sequence[SceneComparison], *, verbose: bool = Fal
     shown = [heading]
     for line, (_, tier) in zip(lines, tiers, strict=True):
         shown.append(line)
-        for topic, text in words.reasons(tier) if verbose else ():
+        for topic, text in words.reasons(tier) if verbose or tier.error else ():
             shown += wrapped(text, first=f"    {topic:<12}  ")
     return shown
 

@@ -196,7 +196,7 @@ class LinkageKeys(Section):
         other = {"output.duration": output.duration, "output.samples": output.samples}
         for key, value in (other if by_speed else keys).items():
             if value is not None:
-                yield key, value, f"is for a linkage {'without ' * by_speed}drive.speed_rpm"
+                yield key, value, f"is for a linkage {'without' if by_speed else 'with'} drive.speed_rpm"
         if not by_speed and output.duration is None:
             yield "output.duration", None, "must be given (s) where no speed drives"
         samples = (drive.cycles or 1.0) * (output.samples_per_cycle or 1000)
@@ -210,7 +210,11 @@ class LinkageKeys(Section):
         for table in NAMED[:4]:
             for name in getattr(self, table):
                 if name in seen:
-                    yield f"{table}.{name}", name, "is the name of something else too"
+                    yield (
+                        f"{table}.{name}",
+                        name,
+                        "is taken: bodies, pins, guides, springs, frame and drive have names of their own",
+                    )
                 seen.append(name)
         bodies = [("drive.body", self.drive.body)] if self.drive.body or not self.drive.free else []
         bodies += [("load.body", self.load.body)] if self.load else []
@@ -223,6 +227,9 @@ class LinkageKeys(Section):
         for name, body in self.body.items():
             if "centroid" in body.points:
                 yield f"body.{name}.points.centroid", body.points["centroid"], "is body.centroid already"
+            for point, at in ends_of(body).items():
+                if (stated := body.points.get(point, at)) != at:
+                    yield f"body.{name}.points.{point}", stated, f"differs from {at}, by body.{name}.length"
         for key, value in bodies:
             if value not in self.body:
                 yield key, value, f"is no body{_close(str(value), self.body)}"
@@ -231,7 +238,9 @@ class LinkageKeys(Section):
             for name, joint in getattr(self, table).items():
                 key, (first, second) = f"{table}.{name}.joins", joint.joins
                 for place in [second] if first == "frame" else joint.joins:
-                    if place not in points:
+                    if place == "frame":
+                        yield key, joint.joins, "must name 'frame' first, and once"
+                    elif place not in points:
                         yield key, joint.joins, f"names no point {place!r}{_close(place, points)}"
                 if first != "frame" and points[first] == points[second]:
                     yield key, joint.joins, "joins a body to itself"
@@ -246,8 +255,12 @@ def _close(wrong: str, names: Mapping[str, object]) -> str:
 
 def points_of(body: Body) -> dict[str, list[float]]:
     """Return the points of a body, with those of a rod and the centroid, m."""
-    ends = {} if body.length is None else {"start": [0.0, 0.0], "end": [body.length, 0.0]}
-    return ends | body.points | {"centroid": body.centroid}
+    return ends_of(body) | body.points | {"centroid": body.centroid}
+
+
+def ends_of(body: Body) -> dict[str, list[float]]:
+    """Return the points that the length of a body gives, m."""
+    return {} if body.length is None else {"start": [0.0, 0.0], "end": [body.length, 0.0]}
 
 
 def complete(keys: LinkageKeys) -> dict[str, Any]:

@@ -434,7 +434,7 @@ def definition(scenes: Sequence[SceneComparison]) -> list[str]:
         tiers={tier.tier: thresholds(tier.tier) for tier in judged},
         uncertain=any(channel.u is not None for channel in channels),
         fixed=any(channel.u is None for channel in channels),
-        of_scene=any(tier.ran or tier.scene for tier in judged) or not judged,
+        of_scene=any(tier.scene or (tier.ran and not tier.ran.is_linkage) for tier in judged) or not judged,
         of_tables=any(tier.scene is None for tier in judged),
         first=uncertainty.FIRST,
         perturbation=number(uncertainty.PERTURBATION, 1),

@@ -150,7 +150,10 @@ def _assembled(system: System, numbers: Mapping[str, int], scene: Mapping[str, A
     # Where it cannot be assembled, there may be too many given values: of that their number is said
     system = _started(system, q, 0.0 * q)
     assembled = _newton(system, q, others, size)
-    refusal = ValueError("body: the linkage cannot be assembled from the given initial values and guesses")
+    refusal = ValueError(
+        "guess: the linkage cannot be assembled from [initial], where the angle of a driven body is 0 by "
+        "default, and [guess]"
+    )
     closed = _newton(system, q, {}, size) if assembled is None else assembled
     if closed is None:
         raise refusal
@@ -160,14 +163,18 @@ def _assembled(system: System, numbers: Mapping[str, int], scene: Mapping[str, A
     free = count - len(matrix)
     if dependent := len(matrix) - _rank(matrix):
         raise ValueError(
-            f"body: too many constraints: {dependent} of {len(matrix)} rows are dependent at the start"
+            f"pin: too many constraints, or a singular position: {dependent} of {len(matrix)} rows of the "
+            "constraints are dependent at the start"
         )
     at_rest = not rates and driven < 0
     if len(others) != free or not (len(rates) == free or at_rest):
         counts = free + (driven >= 0), free, len(positions), len(rates)
         names = 2 * ["position", "rate"]
         texts = [f"{n} {name}{'s' * (n != 1)}" for n, name in zip(counts, names, strict=True)]
-        raise ValueError("initial: the linkage needs {} and {}, {} and {} are given".format(*texts))
+        rest = "" if driven >= 0 or not free else ", or no rate at rest"
+        raise ValueError(
+            "initial: the linkage needs {} and {}{}; {} and {} are given".format(*texts[:2], rest, *texts[2:])
+        )
     if assembled is None:
         raise refusal
     for name, chosen in (("positions", others), ("rates", rates)):

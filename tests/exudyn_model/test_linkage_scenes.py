@@ -568,24 +568,24 @@ SHORT = {"S": {"joins": ["frame", "crank.start"], "stiffness": 1.0, "length": 0.
 REFUSED = {
     "rate": (
         four_bar(initial={"crank": {"angle_deg": 60.0, "omega": 1.0}}),
-        NEEDS + "0 rates, 1 position and 1 rate are given",
+        NEEDS + "0 rates; 1 position and 1 rate are given",
     ),
     "position": (
         four_bar(initial={"rod": {"angle_deg": 20.0}}),
-        NEEDS + "0 rates, 2 positions and 0 rates are given",
+        NEEDS + "0 rates; 2 positions and 0 rates are given",
     ),
     "none": (
         double_four_bar(1e-3) | {"initial": {}},
-        NEEDS + "1 rate, 0 positions and 0 rates are given",
+        NEEDS + "1 rate, or no rate at rest; 0 positions and 0 rates are given",
     ),
     "open": (
         pinned(H={"joins": ["frame", "rocker.start"], "point": [0.9, 0.0]}),
-        "body: the linkage cannot be assembled",
+        "guess: the linkage cannot be assembled",
     ),
-    "beyond": (reaching(90.0), "body: the linkage cannot be assembled"),
+    "beyond": (reaching(90.0), "guess: the linkage cannot be assembled"),
     "rows": (
         pinned(Z={"joins": ["frame", "crank.start"]}),
-        "body: too many constraints: 2 of 11 rows are dependent at the start",
+        "pin: too many constraints, or a singular position: 2 of 11 rows",
     ),
     "blind": (
         quick_return() | {

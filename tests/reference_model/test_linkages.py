@@ -722,9 +722,12 @@ TURNING = {"body": "crank", "speed_rpm": 60.0, "cycles": 1.0}
     [
         (
             parallelogram_with_three_cranks(),
-            "pin: too many constraints: 1 of 12 rows are dependent at the start",
+            "pin: too many constraints, or a singular position: 1 of 12 rows",
         ),
-        (four_bar(), "initial: this linkage needs 1 position and 1 rate, and has 0 positions and 0 rates"),
+        (
+            four_bar(),
+            "initial: this linkage needs 1 position and 1 rate, or no rate at rest, and has 0 positions",
+        ),
         (four_bar(initial={"crank": {"angle_deg": 1.0, "x": 0.05}}), "has 2 positions and 0 rates"),
         (
             four_bar(initial={"crank": {"angle_deg": 1.0, "omega": 1.0}}, drive=TURNING),

@@ -51,6 +51,7 @@ def test_a_new_file_is_its_linkage(name, tmp_path) -> None:
         ("body.coupler.centroid", "x", "must be a number or [x, y]"),
         ("body.a b.mass", 1.0, "must be letters, digits, _ and - only"),
         ("body.coupler.points.centroid", [0.0, 0.0], "is body.centroid already"),
+        ("body.coupler.points.end", [9.0, 0.0], "by body.coupler.length"),
         (
             "pin.A.joins",
             ["crank.ende", "coupler.start"],
@@ -63,7 +64,7 @@ def test_a_new_file_is_its_linkage(name, tmp_path) -> None:
         (
             "spring.A",
             {"joins": ["frame", "coupler.end"], "stiffness": 1.0, "length": 0.0},
-            "something else too",
+            "is taken: bodies",
         ),
         ("pim.A.joins", [], "did you mean pin?"),
         ("drive.torque", 1.0, "must have one of speed_rpm, torque, torque_table, free"),
