@@ -68,5 +68,5 @@ def test_linkages_are_listed_apart(sixbar):
     assert "squeezer" not in press
     names = [scene["name"] for scene in json.loads(sixbar("scenes", "--json").out)]
     assert {"squeezer", "ideal"} <= {*names}
-    assert "solver.exudyn.step (s; > 0" in sixbar("keys", "--linkage", "exudyn.step").out  # the press's is 2e-6
+    assert "solver.exudyn.step (s; > 0" in sixbar("keys", "--linkage", "exudyn.step").out  # 2e-6 of the press
     assert "pin.NAME.joins" in sixbar("keys", "--linkage", "two points").out
