@@ -17,7 +17,7 @@ from comparison.models import MODELS
 from comparison.reliability.assessment import assess
 from comparison.reliability.errors import QUANTITIES, unit_of
 from comparison.scene import load_scene
-from comparison.studies.paper.runs import CAP, Runs, lacking, measure, second
+from comparison.studies.paper.runs import CAP, Runs, lacking, measure, numbers, second
 from comparison.tables.channels import Array, BoolArray, channels
 
 Claim = Mapping[str, Any]
@@ -84,10 +84,10 @@ def judge_all(runs: Runs) -> pd.DataFrame:
         known["verdict"] = said.pop() if len(said) == 1 else Verdict.UNDECIDED
         if not shown:
             rows.append(known | {"model": "", "what": "", "decides": False})
-        for model, (deciding, numbers) in shown.items():
+        for model, (deciding, more) in shown.items():
             own = known | {"model": model, "verdict_of_model": verdicts[model]}
             values = {name: ([value], "") for name, value in deciding.items()}
-            for name, (sizes, unit) in {**values, **numbers}.items():
+            for name, (sizes, unit) in {**values, **more}.items():
                 ends = {"least": min(sizes, default=nan), "most": max(sizes, default=nan)}
                 rows.append(own | {"what": name, "unit": unit, "decides": name in deciding} | ends)
     return pd.DataFrame(rows)
@@ -161,14 +161,18 @@ def stabilized(runs: Runs, model: str, claim: Claim) -> Evidence:
     sizes = {
         name: abs(measure(name, runs, MODELS[0], {}).value)
         for name in dict.fromkeys(runs.solver["id"])
-        if name.endswith(("-d", "-v", "-a"))
+        if name.endswith(("-d", "-v", "-a")) and numbers().loc[name, "use"] != "misprint"
     }
     own = runs.solver[runs.solver["id"].isin(sizes)].dropna(subset=["value"])
-    bare, pairs = own["gain"] == BARE, pd.MultiIndex.from_frame(own[["relative", "absolute"]])
-    off = (own["value"].abs() / own["id"].map(sizes) - 1.0).abs()[pairs.isin(pairs[bare])]
+    pairs = pd.MultiIndex.from_frame(own[["relative", "absolute"]])
+    own = own[pairs.isin(pairs[own["gain"] == BARE])]
+    off, bare = (own["value"].abs() / own["id"].map(sizes) - 1.0).abs(), own["gain"] == BARE
     without, stable = float(off[bare].median()), float(off[~bare].median())
-    numbers = {"median relative error without": ([without], "1"), "with": ([stable], "1")}
-    return {"stabilized": _ratio(without, stable) if bare.any() else nan}, numbers
+    kind, letters = own["id"].str[-1], [name[0] for name in QUANTITIES]
+    ratios = (off[bare].groupby(kind).median() / off[~bare].groupby(kind).median()).reindex(letters)
+    shown = {"median relative error without": ([without], "1"), "with": ([stable], "1")}
+    shown |= {f"ratio, {name}": ([ratios[name[0]]], "1") for name in QUANTITIES}
+    return {"stabilized": _ratio(without, stable) if bare.any() else nan}, shown
 
 
 def influence(runs: Runs, model: str, claim: Claim) -> Evidence:

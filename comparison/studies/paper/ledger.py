@@ -208,14 +208,13 @@ def judge(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
             if size == Size.OUTSIDE and wider.size(entry["printed_size"]) != Size.OUTSIDE:
                 size = Size.FORM
             gone = float(((shown["other"] / shown["value"] - 1.0).abs() > CLOSE).mean())
-            row = {
-                "id": name,
-                "hypothesis": hypothesis,
-                **within._asdict(),
+            row = {"id": name, "hypothesis": hypothesis, **within._asdict()}
+            row |= {
                 "draws": len(sizes),
                 "size": size,
+                "chance": within.chance(),
+                "form_chance": wider.chance(),
             }
-            row |= {"chance": within.chance(), "form_chance": wider.chance()}
             bare = interval(sizes, *_others(entry | {"u_D": nan}))
             row |= {"without": bare.size(entry["printed_size"]) != Size.OUTSIDE}
             row |= {"low_without": bare.low, "high_without": bare.high}
