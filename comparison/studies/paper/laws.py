@@ -119,12 +119,4 @@ def draw(results: Results, folder: Path) -> None:
         svg.legend_above(axes)
 
 
-STUDY = Study(
-    "laws",
-    small=200,
-    full=4000,
-    measure=measure,
-    page=page,
-    draw=draw,
-    part_of="paper",
-)
+STUDY = Study("laws", small=200, full=4000, measure=measure, page=page, draw=draw, part_of="paper")

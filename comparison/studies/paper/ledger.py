@@ -50,6 +50,7 @@ from comparison.studies.shared.study import part
 from comparison.tables.channels import Array
 
 Entry = Mapping[Any, Any]  # a row of the ledger
+Shares = tuple[float, float]
 
 LEVEL: float = DATA["level"]
 WIDE: float = DATA["wide"]
@@ -96,12 +97,14 @@ class Interval(NamedTuple):
             return Size.OUTSIDE
         return Size.INSIDE if self.low > 0 and self.high <= WIDE * self.low else Size.WIDE
 
+    def powers(self, factor: float = FACTOR) -> tuple[float, float]:
+        """Return the powers of a factor, from -1 to 1, between which it holds the middle times these."""
+        ends = [log(max(end / self.middle, 1e-300)) / log(factor) for end in (self.low, self.high)]
+        return min(max(ends[0], -1.0), 1.0), min(max(ends[1], -1.0), 1.0)
+
     def chance(self, factor: float = FACTOR) -> float:
         """Return the share of log-uniform sizes within a factor of the middle that it holds."""
-        if not self.middle > 0:
-            return nan
-        low, high = (log(max(end / self.middle, 1e-300)) / log(factor) for end in (self.low, self.high))
-        return max(min(high, 1.0) - max(low, -1.0), 0.0) / 2
+        return float(np.diff(self.powers(factor))[0]) / 2 if self.middle > 0 else nan
 
 
 def interval(sizes: Array, *others: float) -> Interval:
@@ -118,12 +121,20 @@ def interval(sizes: Array, *others: float) -> Interval:
     return Interval(ends[0], middle, ends[1], (high - low) / 2)
 
 
-def at_least(count: int, chances: Iterable[float]) -> float:
-    """Return the probability of as many successes or more of independent trials with these chances."""
+def at_least(count: int, events: Iterable[Iterable[tuple[float, float]]]) -> float:
+    """Return the probability of as many hits or more: `Interval.powers` that hold one number an event."""
     exactly = np.ones(1)
-    for chance in chances:
-        exactly = np.convolve(exactly, [1.0 - chance, chance])
+    for spans in map(list, events):
+        edges = np.unique([-1.0, 1.0, *np.ravel(spans)])
+        middles = (edges[1:] + edges[:-1]) / 2
+        held = sum((low <= middles) & (middles <= high) for low, high in spans) + np.zeros(len(middles), int)
+        exactly = np.convolve(exactly, np.bincount(held, np.diff(edges) / 2))
     return float(exactly[count:].sum())
+
+
+def events(entries: pd.DataFrame) -> pd.Series:
+    """Return the event of each entry: what is printed of one under both Poisson's ratios differs by 0.3 %."""
+    return entries["scene"].replace(POISSON, CENTRAL) + entries["quantity"]
 
 
 def size_of(quantity: str, value: Any) -> Any:
@@ -193,7 +204,7 @@ def judge(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
     ``chance`` that a random size is inside; ``form_chance`` that it is so with ``u_model``; ``without``:
     whether it is inside ``low_without`` and ``high_without``, the ends without u_D; ``likely``: that with the
     corner radius in its likely range, and ``likely_chance``. ``transient``: share of the draws in which an
-    end of a range is the first cycle's alone.
+    end of a range is the first cycle's alone; ``later``: the largest of the draws from the second cycle on.
     """
     rows = []
     for hypothesis, frames in drawn.by_hypothesis.items():
@@ -209,19 +220,17 @@ def judge(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
                 size = Size.FORM
             gone = float(((shown["other"] / shown["value"] - 1.0).abs() > CLOSE).mean())
             row = {"id": name, "hypothesis": hypothesis, **within._asdict()}
-            row |= {
-                "draws": len(sizes),
-                "size": size,
-                "chance": within.chance(),
-                "form_chance": wider.chance(),
-            }
+            row |= {"draws": len(sizes), "size": size}
+            row |= {"chance": within.chance(), "form_chance": wider.chance()}
             bare = interval(sizes, *_others(entry | {"u_D": nan}))
             row |= {"without": bare.size(entry["printed_size"]) != Size.OUTSIDE}
             row |= {"low_without": bare.low, "high_without": bare.high}
             likely = interval(sizes * _likely(entry, shown), *_others(entry | {"u_D": nan}))
             row |= {"likely": likely.size(entry["printed_size"]) != Size.OUTSIDE}
-            row |= {"likely_chance": likely.chance()}
-            rows.append(row | {"transient": gone if entry["quantity"].startswith("range_") else nan})
+            lasts = gone, float(shown["other"].abs().max())
+            lasts = lasts if entry["quantity"].startswith("range_") else (nan, nan)
+            names = "likely_chance", "transient", "later"
+            rows.append(row | dict(zip(names, (likely.chance(), *lasts), strict=True)))
     return pd.DataFrame(rows)
 
 
@@ -239,10 +248,10 @@ def _others(entry: Entry, *more: str) -> list[float]:
     return [entry[key] for key in ("u_num", "u_print", "u_D", *more) if not isnan(entry[key])]
 
 
-def instants(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
+def instants(entries: pd.DataFrame, drawn: Drawn, reach: float = REACH) -> pd.DataFrame:
     """Return a row for each printed instant or angle, each time that it is printed, and each hypothesis.
 
-    ``at`` and ``ours``: s, or deg; ``share`` of the draws that have the printed sign within `REACH` of a
+    ``at`` and ``ours``: s, or deg; ``share`` of the draws that have the printed sign within a reach of a
     cycle of it, of a reliability its angle; ``shifted``: the same of the first cycle, for the instant a
     period earlier; ``sized``: that with a size in the interval of the first cycle's sizes, too. ``random``
     and ``random_shifted``: the mean of both shares over the peaks of this quantity under the other
@@ -256,7 +265,7 @@ def instants(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
     for (hypothesis, frames), (name, entry) in pairs:
         shown, period = frames[str(name)], periods[name]
         angle, shifted, sized = entry["quantity"].startswith("min_"), nan, nan
-        near = 1.0 if angle else REACH * period
+        near = 1.0 if angle else reach * period
         for identifier in entry["ids"].split(", "):
             printed = published(identifier)
             at = printed.angle if angle else printed.time
@@ -268,14 +277,14 @@ def instants(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
                 early = ((shown["other_time"] + period - at).abs() <= near) & (other * printed.value > 0)
                 fits = interval(other.abs().to_numpy(np.float64), *_others(entry)).size(abs(printed.value))
                 shifted = float(early.mean())
-                sized = shifted * (fits != Size.OUTSIDE)
+                sized = shifted * (fits != Size.OUTSIDE) if entry["use"] != Use.MISPRINT else nan
             row = {key: entry[key] for key in ("scene", "quantity")} | {"id": identifier}
             row |= {"hypothesis": hypothesis, "unit": "deg" if angle else "s", "at": at}
             row |= {"ours": entry[f"{MODELS[0]}_at"], "share": float(met.mean())}
             row |= {"shifted": shifted, "sized": sized, "printed": printed.value}
             others = conditions[conditions["quantity"] == entry["quantity"]]
             chances = [
-                _shares_at(frames[each], periods[each], printed.value, at / period)
+                _shares_at(frames[each], periods[each], printed.value, at / period, reach)
                 for each in others.index[others["scene"] != str(entry["scene"]).replace(POISSON, CENTRAL)]
                 if entry["quantity"] in PEAKS
             ]
@@ -284,11 +293,11 @@ def instants(entries: pd.DataFrame, drawn: Drawn) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _shares_at(shown: pd.DataFrame, period: float, printed: float, phase: float) -> tuple[float, float]:
+def _shares_at(shown: pd.DataFrame, period: float, printed: float, phase: float, reach: float) -> Shares:
     """Return the shares of draws with a peak of the printed sign at a phase, and at one a cycle earlier."""
 
     def share(value: str, time: str, late: float) -> float:
-        near = (shown[time] / period + late - phase).abs() <= REACH
+        near = (shown[time] / period + late - phase).abs() <= reach
         return float((near & (shown[value] * printed > 0)).mean())
 
     return share("value", "time", 0.0), share("other", "other_time", 1.0)
@@ -334,20 +343,13 @@ def joint(sizes: pd.DataFrame, printed: pd.Series, twins: Sequence[int], seed: i
 
 
 def joints(entries: pd.DataFrame, drawn: Drawn) -> dict[str, Joint]:
-    """Return by hypothesis the `joint` measure of all predictions.
-
-    What the paper prints of one quantity under two Poisson's ratios differs by 0.3 %: these are twins.
-    """
+    """Return by hypothesis the `joint` measure of all predictions, of which those of one event are twins."""
     own = entries[entries["use"] == Use.PREDICTION]
-    printed, events = own["printed_size"], own["scene"].replace(POISSON, CENTRAL) + own["quantity"]
-    return {
-        name: joint(
-            pd.DataFrame({each: frames[each]["value"].abs() for each in printed.index}),
-            printed,
-            pd.factorize(events)[0].tolist(),
-        )
-        for name, frames in drawn.by_hypothesis.items()
-    }
+    twins, result = pd.factorize(events(own))[0].tolist(), {}
+    for name, frames in drawn.by_hypothesis.items():
+        sizes = pd.DataFrame({each: frames[each]["value"].abs() for each in own.index})
+        result[name] = joint(sizes, own["printed_size"], twins)
+    return result
 
 
 # ---- the limit that the paper must have used for its reliabilities, from our errors

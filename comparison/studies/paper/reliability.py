@@ -11,13 +11,7 @@ from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import Job, Progress, dense_scene, run_all, successful
 from comparison.formatting import quantity
 from comparison.models import MODELS
-from comparison.reliability.assessment import (
-    MARGIN,
-    Difference,
-    cap,
-    compare_reliability,
-    ideal_scenes,
-)
+from comparison.reliability.assessment import MARGIN, Difference, cap, compare_reliability, ideal_scenes
 from comparison.reliability.errors import QUANTITIES, unit_of
 from comparison.report import svg
 from comparison.report.figures import against_angle

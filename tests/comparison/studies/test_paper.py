@@ -154,8 +154,11 @@ def test_chance_is_the_share_of_random_sizes_that_an_interval_holds():
         # Three standard errors of a share of 200,000.
         held = np.mean((sizes >= low) & (sizes <= high))
         assert Interval(low, 7.0, high, 0.0).chance(factor) == pytest.approx(held, abs=0.0034)
-    assert ledger.at_least(3, [0.3] * 10) == pytest.approx(binom.sf(2, 10, 0.3))
-    assert ledger.at_least(0, [0.1, 0.9]) == pytest.approx(1.0)
+    assert ledger.at_least(3, [[(-0.5, 0.1)]] * 10) == pytest.approx(binom.sf(2, 10, 0.3))
+    assert ledger.at_least(0, [[(-1.0, -0.8)], [(-0.8, 1.0)]]) == pytest.approx(1.0)
+    # Two sizes of one event: both where the intervals overlap, one where one of them is.
+    pair = [(-1.0, 0.5), (0.0, 0.8)]
+    assert [ledger.at_least(k, [pair]) for k in (1, 2)] == pytest.approx([0.9, 0.25])
     # Of orders of (a, a, b) ours (a, b, b) matches the printed ones in (2 + 1 + 1) / 3 places.
     assert ledger.matches_by_chance([1.0, 1.0, 2.0], [1.0, 2.0, 2.0])[0] == pytest.approx(4 / 3)
     # Of the orders of (a, b, a) two of three match (a, b, b) in two places; three errors of 10,000 orders.
@@ -201,6 +204,8 @@ def test_hypotheses_are_judged_apart_and_nothing_lies_between_them():
     assert (uses[Use.PREDICTION], uses[Use.CALIBRATION], uses[Use.MISPRINT]) == (24, 18, 2)
     uninformative = set(entries.index[entries["use"] == Use.UNINFORMATIVE])
     assert uninformative == {"F16-01-d", "F16-05-d", "F17-150-d", "F17-300-d"}
+    one, other = ledger.events(entries.loc[["F9-210-d", "F10-33-d"]])
+    assert one == other
     assert not {"F7-T-d", "F14c-y", *uninformative} & set(rows.index.get_level_values("id"))
     assert entries.loc["F7-T-v", "ids"] == "F7-T-v, F9-210-v, F10-28-v, F12-150-v"
     lengths = {name for name in entries.index if name.endswith("-d")} - uninformative
@@ -271,7 +276,9 @@ def test_a_range_of_the_first_cycle_alone_is_told_from_a_lasting_one(size, later
     assert (shown.value, shown.other) == pytest.approx((size, later))
     assert shown.missed == pytest.approx(0.0, abs=1e-15)
     _, rows = judged(made_up)
-    assert rows.loc[("F14e-y2", "gravity"), "transient"] == (size > later)
+    shown = rows.loc[("F14e-y2", "gravity")]
+    assert shown["transient"] == (size > later)
+    assert later < shown["later"] < 1.1 * later  # a spread of the draws of 10 %
 
 
 # ---- what is drawn
