@@ -68,8 +68,8 @@ def error_norm(h: float, k: Array, free: int, tolerance: float, rate_time: float
     """Return the local error of a step in units of the tolerance (Hairer's combination of orders 5 and 3).
 
     It is that of the first `free` states, of which the second half are rates, whose error in `rate_time` (s)
-    counts. It is infinite if the square of
-    a stage overflows: divided by that, any error would seem to be zero.
+    counts. It is infinite if the square of a stage overflows: divided by that, any error would seem to be
+    zero.
     """
     e5 = e3 = 0.0
     for m in range(free):

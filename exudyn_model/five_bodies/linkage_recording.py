@@ -135,10 +135,10 @@ class LinkageRecorder(BodiesRecorder):
         powers = np.array([driven, damped])
         works, gravity, kinetic, residual = self._audit(times, q, v, powers, spring + load)
         self._take_errors(times, v, acceleration, residual, kinetic + spring + load + works[1])
-        # What the rule's mean force over a step misses of a potential, as of a spring that comes short
-        by_speed = works[0] if isinstance(system.drive, Drive) else 0.0
-        supplied = gravity + works[0] - by_speed - works[1] - spring - load
-        missed = 0.5 * ((force[:, 1:] + force[:, :-1]) * np.diff(q)).sum(axis=0) - np.diff(supplied)
+        # The mean force over a step misses part of a potential, most of it where a spring is short
+        worked = gravity - works[1] - spring - load
+        worked = worked if isinstance(system.drive, Drive) else worked + works[0]
+        missed = 0.5 * ((force[:, 1:] + force[:, :-1]) * np.diff(q)).sum(axis=0) - np.diff(worked)
         self._errors += float(np.abs(missed).sum())
         rows: list[Array] = []
         motion = (q, v, acceleration) if "accelerations" in groups else (q, v)
