@@ -174,7 +174,7 @@ def advance(
 
 
 def singular_time(assembly: Assembly, times: Array, y: Array, jacobians: Array) -> float:
-    """Return when (s) the smallest singular value first has a minimum near zero, or a drive locks; else infinity.
+    """Return when (s) a singular value first has a minimum near zero, or a drive locks; else infinity.
 
     Times (steps, PARTS + 1), states and Jacobians are those of whole steps.
     """

@@ -202,9 +202,8 @@ def linkage_drawing(scene: SceneComparison) -> dict[str, Any] | None:
     joints = [*data["pin"].values(), *data["spring"].values()]
     fixed = [complex(*joint["point"]) for joint in joints if joint["joins"][0] == "frame"]
     outlines, motion, start = {"frame": fixed}, [np.array(fixed)], {"frame": [0.0, 0.0, 0.0]}
-    own = {
-        "frame.": 0j
-    }  # points of the bodies in their own frames, from the centroid; "BODY." is their origin
+    # Points of the bodies in their own frames, from the centroid; "BODY." is their origin.
+    own = {"frame.": 0j}
     for name, body in data["body"].items():
         centroid = complex(*body["centroid"])
         outlines[name] = [complex(*point) - centroid for point in body["points"].values()]

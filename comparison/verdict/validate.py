@@ -169,10 +169,8 @@ class Case:
         """Runs of the scene, those of other packages' models with the samples of the reliability, ideal ones.
 
         Our models run once, for both. Another package's model may lack accelerations that the scene does not
-        ask for, and chooses its times. A linkage has none of these: its runs follow from one another.
+        ask for, and chooses its times.
         """
-        if self.scene.is_linkage:
-            return {}, {}, {}
         own = {which: replace(job, dense=job.model in MODELS) for which, job in self.own.items()}
         others = [model for model in self.models if model not in MODELS]
         ideal = {
@@ -189,8 +187,6 @@ class Case:
 
     def judge(self, outcomes: Outcomes) -> Validation:
         """Compare the runs of the scene, and settle what is open with further ones."""
-        if self.scene.is_linkage:
-            return self.judge_linkage()
         scene, models = self.scene, self.models
         warnings: tuple[str, ...] = ()
         if failed := unusable(outcomes):
@@ -223,17 +219,6 @@ class Case:
         comparison = replace(settled.comparison, ran=settled.scene, closer_command=self.closer_command)
         return Validation(comparison, dict(zip(models, settled.runs, strict=True)))
 
-    def judge_linkage(self) -> Validation:
-        """Compare the runs of a linkage as those of any two solvers."""
-        try:
-            comparison, programs = linkage_pair(self.scene, self.models, self.start).judge()
-        except ModelError as error:
-            return self.failure({error.which: error.outcome}, {error.which: error.job})
-        except TableError as error:
-            return Validation(self.refused(str(error)))
-        runs = {model: program.runs for model, program in zip(self.models, programs, strict=True)}
-        return Validation(replace(comparison, command=self.command), runs)
-
     def run(self, starts: Sequence[Scene], model: str) -> list[Table]:
         """Run an ensemble; the tables of what succeeded."""
         members = self.start([Job(scene, model) for scene in starts])
@@ -264,8 +249,6 @@ class Case:
 
     def reliability(self, dense: Outcomes, ideal: Outcomes) -> ReliabilityComparison | None:
         """Compare the reliabilities of both models; a failed run for it is only reported."""
-        if self.scene.is_linkage:
-            return None
         settings, unable = self.scene.reliability, ("bad input", "unusable")
         if any(model not in MODELS and outcome.status in unable for (model, _), outcome in ideal.items()):
             return None
@@ -285,6 +268,31 @@ class Case:
         return ReliabilityComparison(settings, quantities)
 
 
+class LinkageCase(Case):
+    """A linkage to be compared as any two solvers, without reliability; further runs follow from the first."""
+
+    @cached_property
+    def jobs(self) -> tuple[Jobs, Jobs, Jobs]:
+        """Nothing that can start before the first runs are read."""
+        return {}, {}, {}
+
+    def judge(self, outcomes: Outcomes) -> Validation:
+        """Run both models, and compare them."""
+        del outcomes
+        try:
+            comparison, programs = linkage_pair(self.scene, self.models, self.start).judge()
+        except ModelError as error:
+            return self.failure({error.which: error.outcome}, {error.which: error.job})
+        except TableError as error:
+            return Validation(self.refused(str(error)))
+        runs = {model: program.runs for model, program in zip(self.models, programs, strict=True)}
+        return Validation(replace(comparison, command=self.command), runs)
+
+    def reliability(self, dense: Outcomes, ideal: Outcomes) -> None:
+        """Return None: there is no ideal linkage beside it."""
+        del dense, ideal
+
+
 def _cases(
     scene: Scene,
     models: tuple[str, str],
@@ -293,10 +301,13 @@ def _cases(
     start: Callable[[Sequence[Job]], list[Outcome]],
 ) -> list[Case]:
     """Return the cases to compare of a scene, by tier."""
-    if accuracy is not None:
-        scene.require_press("an accuracy")
     standard = with_declared(scene, models)
-    strict = tight(standard, models) if "tight" in tiers and not scene.is_linkage else None
+    if scene.is_linkage:
+        if accuracy is not None:
+            scene.require_press("an accuracy")
+        command = scene.command("validate", *options(models, accuracy, tiers))
+        return [LinkageCase(standard, "standard", models, start, command)]
+    strict = tight(standard, models) if "tight" in tiers else None
     if accuracy is not None:
         values: dict[str, object] = {}
         for model in models:
@@ -305,9 +316,7 @@ def _cases(
     command, closer = (
         scene.command("validate", *options(models, wanted, tiers)) for wanted in (accuracy, "strict")
     )
-    refinable = (
-        set(models) <= set(MODELS) and not scene.is_linkage and accuracy in (None, "draft", "standard")
-    )
+    refinable = set(models) <= set(MODELS) and accuracy in (None, "draft", "standard")
     cases = [Case(standard, "standard", models, start, command, closer if refinable else "")]
     return cases if strict is None else [*cases, Case(strict, "tight", models, start, command)]
 
