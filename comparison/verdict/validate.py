@@ -269,7 +269,7 @@ class Case:
 
 
 class LinkageCase(Case):
-    """A linkage to be compared as any two solvers, without reliability; further runs follow from the first."""
+    """A linkage to be compared as any two solvers, without reliability; further runs follow from these."""
 
     @cached_property
     def jobs(self) -> tuple[Jobs, Jobs, Jobs]:

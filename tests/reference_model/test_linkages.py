@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 
+from comparison.scene import load_scene
 from reference_model import simulate
 
 ALL = ["accelerations", "joints", "energy"]
@@ -84,63 +85,6 @@ RATES = (
 )
 
 
-def squeezer(tolerance):
-    """Seven bodies of 0.01 to 0.07 kg; only K1, K3, K5, K7 carry angles of their own in the test set."""
-    d, da, e, ea, rr, ra, ss, sa, sb = 0.028, 0.0115, 0.02, 0.01421, 0.007, 0.00092, 0.035, 0.01874, 0.01043
-    sc, sd, ta, tb, u, ua, ub, zf, zt, fa = (
-        0.018,
-        0.02,
-        0.02308,
-        0.00916,
-        0.04,
-        0.01228,
-        0.00449,
-        0.02,
-        0.04,
-        0.01421,
-    )
-    beta, theta, gamma, phi, delta, omega, epsilon = START
-    a, b, c = (-0.06934, -0.00227), (-0.03635, 0.03273), (0.014, 0.072)
-    rows = [
-        (0.04325, 2.194e-6, {"O": (0, 0), "E": (rr, 0)}, (ra, 0), beta),
-        (0.00365, 4.410e-7, {"E": (0, 0), "F": (-d, 0)}, (-da, 0), beta + theta),
-        (0.02373, 5.255e-6, {"B": (0, 0), "F": (0, -ss), "D": (sd, -sc)}, (sb, -sa), gamma),
-        (0.00706, 5.667e-7, {"H": (0, 0), "F": (0, -e)}, (0, ea - e), phi + delta),
-        (0.07050, 1.169e-5, {"A": (0, 0), "H": (zt, 0)}, (ta, tb), delta),
-        (0.00706, 5.667e-7, {"G": (0, 0), "F": (zf, 0)}, (zf - fa, 0), omega + epsilon),
-        (0.05498, 1.912e-5, {"A": (0, 0), "G": (0, -u)}, (ua, -ub), epsilon),
-    ]
-    body = {
-        f"K{i}": {"mass": mass, "inertia": inertia, "points": points, "centroid": centroid}
-        for i, (mass, inertia, points, centroid, _) in enumerate(rows, start=1)
-    }
-    joined = pins(
-        ((0.0, 0.0), "K1.O"),
-        ("K1.E", "K2.E"),
-        (b, "K3.B"),
-        ("K2.F", "K3.F"),
-        (a, "K5.A"),
-        ("K5.H", "K4.H"),
-        ("K2.F", "K4.F"),
-        (a, "K7.A"),
-        ("K7.G", "K6.G"),
-        ("K2.F", "K6.F"),
-    )
-    spring = {"joins": ["frame", "K3.D"], "point": c, "stiffness": 4530.0, "length": 0.07785, "damping": 0.0}
-    return linkage(
-        body,
-        pin=joined,
-        spring={"S": spring},
-        drive={"body": "K1", "torque": 0.033},
-        gravity=0.0,
-        initial={"K1": {"angle_deg": math.degrees(beta)}},
-        duration=0.03,
-        tolerance=tolerance,
-        # To a tenth of a degree
-        guess={f"K{i}": {"angle_deg": round(math.degrees(row[4]), 1)} for i, row in enumerate(rows, start=1)},
-    )
-
-
 def of_the_test_set(columns, what):
     """Return the seven coordinates, most of which are relative angles, or their derivatives at all times."""
     k1, k2, k3, k4, k5, k6, k7 = (columns[f"K{i}.{what}"] for i in range(1, 8))
@@ -149,7 +93,8 @@ def of_the_test_set(columns, what):
 
 @pytest.mark.parametrize(("tolerance", "bound"), [(1e-12, 1e-8), (1e-10, 1e-7), (1e-7, 1e-4)])
 def test_squeezer_ends_as_published(tolerance, bound):
-    columns = success(squeezer(tolerance))
+    changes = {"solver.reference.tolerance": tolerance, "environment.gravity": 0.0}
+    columns = success(load_scene("squeezer", changes).data)
     np.testing.assert_allclose(of_the_test_set(columns, "angle")[:, 0], START, atol=1e-13, rtol=0)
     alpha = of_the_test_set(columns, "alpha")[:, 0]
     np.testing.assert_allclose(
@@ -342,7 +287,7 @@ def test_a_table_of_torque_does_the_work_under_it(omega):
     np.testing.assert_allclose(0.5 * 0.2 * columns["rotor.omega"] ** 2, 0.9 + done, atol=1e-9, rtol=0)
 
 
-# A four-bar of one coordinate: crank, coupler and rocker by circles, rates by the closed loop.
+# Four-bars are held against programs of one coordinate in tests/linkages.
 
 LENGTHS, MASSES, GROUND = (0.1, 0.3, 0.25), (0.5, 1.2, 0.8), 0.28
 
@@ -361,101 +306,11 @@ def four_bar(**tables):
     return linkage(body, pin=joined, guess=guess, **tables)
 
 
-def four_bar_motion(theta):
-    """Return angles of the three bodies, and of each per radian of the crank how fast x, y, angle change."""
-    a, b, c = LENGTHS
-    x, y = a * np.cos(theta), a * np.sin(theta)
-    dx, dy = GROUND - x, -y
-    d2 = dx**2 + dy**2
-    along = (d2 + b * b - c * c) / 2.0
-    up = np.sqrt(b * b * d2 - along**2)
-    px, py = (along * dx - up * dy) / d2, (along * dy + up * dx) / d2
-    coupler, rocker = np.arctan2(py, px), np.arctan2(y + py, x + px - GROUND)
-    kb = a * np.sin(theta - rocker) / (b * np.sin(rocker - coupler))
-    kc = a * np.sin(theta - coupler) / (c * np.sin(rocker - coupler))
-    rates = [
-        (-0.5 * y, 0.5 * x, 1.0 + 0.0 * theta),
-        (-y - 0.5 * b * kb * np.sin(coupler), x + 0.5 * b * kb * np.cos(coupler), kb),
-        (-0.5 * c * kc * np.sin(rocker), 0.5 * c * kc * np.cos(rocker), kc),
-    ]
-    return np.array([theta, coupler, rocker]), np.array(rates)
-
-
-def four_bar_inertia(theta):
-    """Return inertia about the crank's angle, and the rate of the potential energy with it."""
-    rates = four_bar_motion(theta)[1]
-    inertias = [m * a * a / 12.0 for m, a in zip(MASSES, LENGTHS, strict=True)]
-    moving = [
-        m * (r[0] ** 2 + r[1] ** 2) + j * r[2] ** 2 for m, j, r in zip(MASSES, inertias, rates, strict=True)
-    ]
-    return sum(moving), G * sum(m * r[1] for m, r in zip(MASSES, rates, strict=True))
-
-
 def by_fourier(values, omega):
     """Return the derivative by time (1/s) of samples of one cycle, the last of which is the first."""
     n = values.size - 1
     spectrum = np.fft.rfft(values[:-1]) * 1j * np.arange(n // 2 + 1) * abs(omega)
     return np.append(back := np.fft.irfft(spectrum, n), back[0])
-
-
-@pytest.mark.parametrize("rpm", [60.0, -90.0])
-def test_driven_four_bar_moves_as_its_circles(rpm):
-    drive = {"body": "crank", "speed_rpm": rpm, "cycles": 2.0}
-    result = simulate(
-        four_bar(drive=drive, initial={"crank": {"angle_deg": 30.0}}, samples=512, tolerance=1e-12)
-    )
-    columns, omega = result.columns, rpm * math.pi / 30.0
-    assert result.status == "success"
-    assert columns["time"].size == 1025
-    theta = math.radians(30.0) + omega * columns["time"]
-    angles, rates = four_bar_motion(theta)
-    for body, angle, rate in zip(("crank", "coupler", "rocker"), angles, rates, strict=True):
-        np.testing.assert_allclose(columns[f"{body}.angle"], np.unwrap(angle), atol=1e-9, rtol=0)
-        for name, each in zip(("vx", "vy", "omega"), rate, strict=True):
-            np.testing.assert_allclose(columns[f"{body}.{name}"], omega * each, atol=1e-8, rtol=0)
-        for name, each in zip(("ax", "ay", "alpha"), rate, strict=True):
-            exact = by_fourier(omega * each[:513], omega)
-            np.testing.assert_allclose(columns[f"{body}.{name}"][:513], exact, atol=1e-6, rtol=0)
-            largest = result.cycle_extrema[f"{body}.{name}_max"]
-            np.testing.assert_allclose(largest, max(exact), atol=1e-3 * np.ptp(exact) + 1e-6, rtol=0)
-    inertia, slope = four_bar_inertia(theta[:513])
-    torque = 0.5 * omega * by_fourier(inertia, omega) + slope
-    np.testing.assert_allclose(columns["drive.torque"][:513], torque, atol=1e-7, rtol=0)
-    # The rocker's pin takes what the rocker's inertia and weight leave of the coupler's force
-    forces = [columns[f"P{i}.reaction_{axis}"] for axis in "xy" for i in (0, 2)]
-    total = [
-        sum(
-            m * (columns[f"{b}.a{axis}"] + g)
-            for b, m in zip(("crank", "coupler", "rocker"), MASSES, strict=True)
-        )
-        for axis, g in (("x", 0.0), ("y", G))
-    ]
-    np.testing.assert_allclose([forces[0] + forces[1], forces[2] + forces[3]], total, atol=1e-9, rtol=0)
-
-
-@pytest.mark.parametrize("tolerance", [1e-7, 1e-11])
-def test_four_bar_under_a_torque_moves_as_its_one_coordinate(tolerance):
-    start = {"crank": {"angle_deg": 40.0}, "rocker": {"omega": 2.0}}
-    columns = success(four_bar(drive={"body": "crank", "torque": 0.7}, initial=start, tolerance=tolerance))
-    t = columns["time"]
-
-    orders = np.arange(257)
-    spectrum = np.fft.rfft(four_bar_inertia(np.arange(512) * math.pi / 256.0)[0]) / 256.0 * 1j * orders
-
-    def derivative(_, y):
-        inertia, slope = four_bar_inertia(y[0])
-        steepness = (spectrum * np.exp(1j * orders * y[0])).real.sum()
-        return [y[1], (0.7 - slope - 0.5 * steepness * y[1] ** 2) / inertia]
-
-    theta = math.radians(40.0)
-    omega = 2.0 / four_bar_motion(theta)[1][2, 2]
-    exact = solve_ivp(derivative, (0.0, 1.0), [theta, omega], "DOP853", t_eval=t, rtol=1e-11, atol=1e-11).y
-    angles, rates = four_bar_motion(exact[0])
-    for body, angle, rate in zip(("crank", "coupler", "rocker"), np.unwrap(angles), rates[:, 2], strict=True):
-        np.testing.assert_allclose(columns[f"{body}.angle"], angle, atol=1e-7 + 1e3 * tolerance, rtol=0)
-        np.testing.assert_allclose(
-            columns[f"{body}.omega"], exact[1] * rate, atol=1e-6 + 1e5 * tolerance, rtol=0
-        )
 
 
 def test_quick_return_slides_along_its_rocker():
