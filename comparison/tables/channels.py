@@ -92,16 +92,16 @@ def linkage_channels(scene: Mapping[str, Any]) -> dict[str, Channel]:
         return {}
     size, rpm = largest_length(scene), abs(scene["drive"].get("speed_rpm", 0.0))
     scales = {"length": size, "1": 1.0, "length/T": size * rpm * pi / 30, "1/T": rpm * pi / 30}
-    kinds, groups = _file()["linkage"], {"motion", *scene["output"]["groups"]}
+    quantities, groups = _file()["linkage"], {"motion", *scene["output"]["groups"]}
     known = []
-    for kind, names in {**scene, "drive": ["drive"] if rpm else []}.items():
-        for name in names if kind in kinds else ():
-            for quantity, keys in kinds[kind].items():
+    for table, names in {**scene, "drive": ["drive"] if rpm else []}.items():
+        for name in names if table in quantities else ():
+            for quantity, keys in quantities[table].items():
                 own = {"name": f"{name}.{quantity}", "label": f"{name} {quantity}".replace("_", " ")}
                 own |= {"rate": f"{name}.{keys['rate']}"} if "rate" in keys else {}
                 given = scales.get(keys.get("scale", "")) or None
                 known.append(Channel(**keys | own | {"scale": "range"}, given=given))
-    energies = channels() | {name: Channel(name, **keys) for name, keys in kinds["energy"].items()}
+    energies = channels() | {name: Channel(name, **keys) for name, keys in quantities["energy"].items()}
     parts = ("kinetic", "gravity", "drive", "spring", "damping", *(["load"] * ("load" in scene)), "residual")
     known += [energies[f"energy_{part}"] for part in parts]
     return {channel.name: channel for channel in known if channel.group in groups}
