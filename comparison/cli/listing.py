@@ -51,11 +51,10 @@ def channels(
     The groups are those of a scene's output.groups. SCENE selects the channels that it requests.
     """
     from comparison.scene import load_scene
-    from comparison.tables.channels import channels as all_channels
-    from comparison.tables.channels import expected, linkage_channels
+    from comparison.tables.channels import expected, known_channels
 
     data = None if scene is None else load_scene(scene).data
-    known = all_channels() | linkage_channels(data or {})
+    known = known_channels(data or {})
     listed = [known[name] for name in (known if data is None else expected(data))]
     if json:
         return print_json([vars(channel) for channel in listed])

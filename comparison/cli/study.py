@@ -143,7 +143,7 @@ def sweep(options: Sweep) -> int:
     from comparison.scene import load_scene, parse_set
     from comparison.studies.sweep import USUAL, SweepError, chosen_points, on_cluster
     from comparison.studies.sweep import sweep as run_sweep
-    from comparison.tables.channels import linkage_channels
+    from comparison.tables.channels import expected
 
     models = [name.strip() for name in options.model.split(",")]
     try:
@@ -153,7 +153,8 @@ def sweep(options: Sweep) -> int:
         jobs, scheduler = options.jobs or cpus(), options.scheduler
         spread = on_processes(jobs) if scheduler is None else on_cluster(scheduler)
         with progress(f"sweep of {base.name}", quiet=options.quiet) as report:
-            asked = options.output or [f"max:{name}" for name in linkage_channels(base.data)] or USUAL
+            usual = [f"max:{name}" for name in expected(base.data)] if base.is_linkage else USUAL
+            asked = options.output or usual
             path, failed = run_sweep(base, chosen, models, asked, folder, spread, report)
     except SweepError as error:
         raise typer.BadParameter(str(error)) from error

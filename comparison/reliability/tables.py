@@ -26,7 +26,7 @@ from comparison.scene import Reliability, Scene, as_scene, load_scene
 from comparison.scene.loading import BASE
 from comparison.scene.schema import Positive, Real
 from comparison.tables.align import holes
-from comparison.tables.arguments import Options, Results, as_mapping, as_source, by_name
+from comparison.tables.arguments import Options, Results, as_mapping, as_source
 from comparison.tables.foreign import read_tables
 from comparison.tables.mapping import Mapping
 from comparison.tables.table import SAME_GRID, Table, TableError, check, slacks
@@ -241,7 +241,6 @@ class _Stated(Options):
 
     limits: Annotated[
         dict[str, Annotated[tuple[Real, Real], BeforeValidator(_pair)]],
-        BeforeValidator(by_name),
         Field(default={}),
     ]
     period: Positive | None = None

@@ -165,7 +165,7 @@ _RULES = {
     "int_parsing_size": "is too large",
     "string_type": "must be a string",
     "list_type": "must be a list",
-    "dict_type": "must be a section with keys of its own",
+    "dict_type": "must be a dict or section of values by name",
     "model_type": "must be a section with keys of its own",
     "model_attributes_type": "must be a section with keys of its own",
     "literal_error": "must be {expected}",

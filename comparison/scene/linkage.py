@@ -3,10 +3,13 @@
 Its complete mapping has the points of all bodies, defaults, and no key that is neither given nor has one.
 """
 
+import tomllib
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
+from functools import cache
+from importlib.resources import files
 from itertools import pairwise
-from math import ceil
+from math import ceil, dist, pi
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
@@ -285,3 +288,34 @@ def complete(keys: LinkageKeys) -> dict[str, Any]:
         if data["solver"][model]["formulation"] == "auto":
             data["solver"][model]["formulation"] = usual
     return data
+
+
+def quantities(data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the quantities that a linkage requests, by name: fields of a channel, or none of a press's."""
+    size, rpm = largest_length(data), abs(data["drive"].get("speed_rpm", 0.0))
+    scales = {"length": size, "1": 1.0, "length/T": size * rpm * pi / 30, "1/T": rpm * pi / 30}
+    groups, known = {"motion", *data["output"]["groups"]}, dict[str, dict[str, Any]]()
+    for table, names in {**data, "drive": ["drive"] if rpm else []}.items():
+        for name in names if table in _file() else ():
+            for quantity, keys in _file()[table].items():
+                own = {"label": f"{name} {quantity}".replace("_", " ")}
+                own |= {"rate": f"{name}.{keys['rate']}"} if "rate" in keys else {}
+                given = scales.get(keys.get("scale", "")) or None
+                known[f"{name}.{quantity}"] = keys | own | {"scale": "range", "given": given}
+    known = {name: keys for name, keys in known.items() if keys["group"] in groups}
+    parts = ("kinetic", "gravity", "drive", "spring", "damping", *(["load"] * ("load" in data)), "residual")
+    energies = [f"energy_{part}" for part in parts if "energy" in groups]
+    return known | {name: _file()["energy"].get(name, {}) for name in energies}
+
+
+def largest_length(data: Mapping[str, Any]) -> float:
+    """Return the largest distance of two points of one body of a linkage, or of its frame, m."""
+    joints = [*data["pin"].values(), *data["spring"].values()]
+    parts = [[joint["point"] for joint in joints if joint["joins"][0] == "frame"]]
+    parts += [[body["centroid"], *body["points"].values()] for body in data["body"].values()]
+    return max((dist(a, b) for points in parts for a in points for b in points), default=0.0) or 1.0
+
+
+@cache
+def _file() -> dict[str, Any]:
+    return tomllib.loads(files("comparison.scene").joinpath("linkage.toml").read_text("utf-8"))

@@ -27,7 +27,7 @@ from comparison.reliability.errors import slider_errors
 from comparison.scene import Scene, digest, parse_set
 from comparison.scene.keys import did_you_mean, toml
 from comparison.studies.shared.scenes import settable
-from comparison.tables.channels import channels, linkage_channels
+from comparison.tables.channels import known_channels
 from comparison.tables.table import Table
 
 # ---- the points
@@ -141,8 +141,7 @@ PATIENCE = 10.0  # s, after which waiting for a scheduler that does not answer i
 
 def names(scene: Mapping[str, Any]) -> list[str]:
     """List every quantity of a run of a scene; no model writes channels of the crank."""
-    written = [name for name, channel in channels().items() if channel.group != "crank"]
-    written += linkage_channels(scene)
+    written = [name for name, channel in known_channels(scene).items() if channel.group != "crank"]
     return [
         *(f"{what}:{channel}" for what in OF_CHANNELS for channel in written),
         *(f"peak_error:{channel}" for channel in OF_ERRORS),

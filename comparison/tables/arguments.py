@@ -1,12 +1,10 @@
 """Arguments of the interfaces, checked in one place: options, tables, mappings."""
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 from pydantic import ValidationError
-from pydantic_core import PydanticCustomError
 
 from comparison.scene.keys import explain, short, unboxed
 from comparison.scene.schema import Section
@@ -28,13 +26,6 @@ class Options(Section):
             super().__init__(**given)
         except ValidationError as error:
             raise TableError(" ".join(explain(error, type(self)).split())) from None
-
-
-def by_name(value: object) -> object:
-    """Reject what assigns nothing to names; of pydantic's own error `explain` names a section of a file."""
-    if not isinstance(value, Mapping):
-        raise PydanticCustomError("rule", "", {"text": "must be a dict, from names to values"})
-    return value
 
 
 def as_source(results: Results, label: str) -> Path | Source:

@@ -5,16 +5,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from math import dist, pi
+from math import pi
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from comparison.scene.linkage import quantities
+
 Array = NDArray[np.float64]
 """Values of a channel, and what is computed from them."""
 BoolArray = NDArray[np.bool_]
-JOINTS = "OABHCF"
 CORNERS = {"ll": "lower left", "lr": "lower right", "ul": "upper left", "ur": "upper right"}
 PIN = "pin"
 CONTACTS = CORNERS | {PIN: "crank pin"}
@@ -52,11 +53,9 @@ class Channel:
         """
         if self.given is not None:
             return self.given
-        if self.scale == "range" or scene is None:
-            return extent
-        pin = scene["joints"] == {"slider": "ideal", "crank_pin": "clearance"}
+        pin = scene is not None and scene.get("joints") == {"slider": "ideal", "crank_pin": "clearance"}
         where = "crank_pin" if pin or self.scale == "clearance of the pin" else "slider"
-        if scene["clearance"][where] == 0:
+        if self.scale == "range" or scene is None or scene["clearance"][where] == 0:
             return extent
         rule, per, _ = self.scale.partition("/(T/100)")
         value = float(scene["clearance"][where])
@@ -79,40 +78,17 @@ def channels() -> dict[str, Channel]:
             if "follows" in keys:
                 own["follows"] = f"corner_{corner}_{keys['follows']}"
             known.append(Channel(group="corners", **keys | own))
-    for joint in JOINTS:
+    for joint in "OABHCF":
         for axis, keys in file["joint"].items():
             own = {"name": f"reaction_{joint}_{axis}", "label": f"{keys['label']} at {joint}"}
             known.append(Channel(group="joints", **keys | own))
     return {channel.name: channel for channel in known}
 
 
-def linkage_channels(scene: Mapping[str, Any]) -> dict[str, Channel]:
-    """Return the channels that a linkage requests, by name; none of a scene of the press."""
-    if "body" not in scene:
-        return {}
-    size, rpm = largest_length(scene), abs(scene["drive"].get("speed_rpm", 0.0))
-    scales = {"length": size, "1": 1.0, "length/T": size * rpm * pi / 30, "1/T": rpm * pi / 30}
-    quantities, groups = _file()["linkage"], {"motion", *scene["output"]["groups"]}
-    known = []
-    for table, names in {**scene, "drive": ["drive"] if rpm else []}.items():
-        for name in names if table in quantities else ():
-            for quantity, keys in quantities[table].items():
-                own = {"name": f"{name}.{quantity}", "label": f"{name} {quantity}".replace("_", " ")}
-                own |= {"rate": f"{name}.{keys['rate']}"} if "rate" in keys else {}
-                given = scales.get(keys.get("scale", "")) or None
-                known.append(Channel(**keys | own | {"scale": "range"}, given=given))
-    energies = channels() | {name: Channel(name, **keys) for name, keys in quantities["energy"].items()}
-    parts = ("kinetic", "gravity", "drive", "spring", "damping", *(["load"] * ("load" in scene)), "residual")
-    known += [energies[f"energy_{part}"] for part in parts]
-    return {channel.name: channel for channel in known if channel.group in groups}
-
-
-def largest_length(scene: Mapping[str, Any]) -> float:
-    """Return the largest distance of two points of one body of a linkage, or of its frame, m."""
-    joints = [*scene["pin"].values(), *scene["spring"].values()]
-    parts = [[joint["point"] for joint in joints if joint["joins"][0] == "frame"]]
-    parts += [[body["centroid"], *body["points"].values()] for body in scene["body"].values()]
-    return max((dist(a, b) for points in parts for a in points for b in points), default=0.0) or 1.0
+def known_channels(scene: Mapping[str, Any]) -> dict[str, Channel]:
+    """Return the channels that a table of a scene may hold: the press's, and those of its linkage."""
+    own = quantities(scene) if "body" in scene else {}
+    return channels() | {name: Channel(name, **keys) for name, keys in own.items() if keys}
 
 
 def touching(place: str, scene: Mapping[str, Any]) -> list[str]:
@@ -133,8 +109,8 @@ def is_uncertainty(column: str) -> bool:
 
 def expected(scene: Mapping[str, Any]) -> list[str]:
     """Return the names of the channels that a scene requests, without ``time``."""
-    if linkage := linkage_channels(scene):
-        return [*linkage]
+    if "body" in scene:
+        return [*quantities(scene)]
     groups, joints = {"motion", *scene["output"]["groups"]}, scene["joints"]
     absent = ["corner_" if joints["slider"] == "ideal" else "guide_"]
     absent += ["journal_"] * (joints["crank_pin"] == "ideal")

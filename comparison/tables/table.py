@@ -17,15 +17,7 @@ from numpy.typing import NDArray
 from comparison.files import json_text
 from comparison.formatting import spans
 from comparison.scene import Scene, SceneError, scene_from_mapping
-from comparison.tables.channels import (
-    CONTACTS,
-    Array,
-    BoolArray,
-    Channel,
-    channels,
-    is_uncertainty,
-    linkage_channels,
-)
+from comparison.tables.channels import CONTACTS, Array, BoolArray, Channel, is_uncertainty, known_channels
 
 Columns = dict[str, NDArray[Any]]
 
@@ -95,7 +87,7 @@ class Table:
     @property
     def known(self) -> dict[str, Channel]:
         """Definitions of all channels that the table may hold, by name."""
-        return channels() | linkage_channels(self.provenance.get("scene") or {}) | self.own
+        return known_channels(self.provenance.get("scene") or {}) | self.own
 
     @property
     def time(self) -> Array:
@@ -121,11 +113,9 @@ class Table:
         record = self.provenance.get("scene")
         if not isinstance(record, dict):
             return None
-        others: dict[str, Any] = {"solver": {}}
-        if "body" not in record:
-            others["reliability"] = self.provenance.get("reliability", {})
+        press = {} if "body" in record else {"reliability": self.provenance.get("reliability", {})}
         try:
-            return scene_from_mapping(record | others)
+            return scene_from_mapping(record | {"solver": {}} | press)
         except SceneError:
             return None
 

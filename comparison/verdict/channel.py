@@ -19,7 +19,7 @@ from comparison.accuracy.levels import Thresholds
 from comparison.accuracy.uncertainty import so_far
 from comparison.metrics import Between, scaled
 from comparison.scene.schema import Compare, NotNegative, Positive, Real
-from comparison.tables.arguments import Options, by_name
+from comparison.tables.arguments import Options
 from comparison.tables.channels import Array, BoolArray, Channel
 from comparison.tables.table import Table, TableError
 from comparison.verdict.results import METRICS, Basis, ChannelComparison, Check
@@ -38,7 +38,7 @@ class Criteria(Options, Compare):
     Tolerances, share, time tolerance and gate count only without an uncertainty.
     """
 
-    tolerances: Annotated[dict[str, Positive], BeforeValidator(by_name)] = Field(default={})
+    tolerances: dict[str, Positive] = Field(default={})
     """Channel -> its own tolerance."""
     absolute: bool = False
     """Whether tolerances are in the channels' units instead of shares of their scales."""
@@ -46,7 +46,7 @@ class Criteria(Options, Compare):
     """Share of the samples that must be within the tolerance."""
     time_tolerance: NotNegative = 0.0
     """Time, s, by which either may be early or late, though neither may lack what the other has."""
-    gate: Annotated[dict[str, Real], BeforeValidator(by_name)] = Field(default={})
+    gate: dict[str, Real] = Field(default={})
     """Metric of `comparison.verdict.results.METRICS` -> its limit, for every channel."""
     channels: Annotated[list[Annotated[str, Field(min_length=1)]] | None, BeforeValidator(_names)] = None
     """Channels to compare; None: all."""

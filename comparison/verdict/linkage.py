@@ -14,7 +14,7 @@ from comparison.execution.run import Job, Outcome, Progress, describe
 from comparison.execution.sides import Run, Side, SolverError
 from comparison.scene import Scene
 from comparison.tables.arguments import as_source
-from comparison.tables.channels import linkage_channels
+from comparison.tables.channels import expected, known_channels
 from comparison.tables.dialect import Source
 from comparison.tables.mapping import Mapping
 from comparison.verdict.pair import Demand, Pair, PairKeys, Solver, Solvers, Start
@@ -93,7 +93,7 @@ def moved_states(scene: Scene) -> list[str]:
     positions = given - rates - {f"{driven}.angle"}
     if not rates:
         rates = {f"{body}.{_RATES[key]}" for body, _, key in (name.partition(".") for name in positions)}
-    return [name for name in linkage_channels(scene.data) if name in positions | rates]
+    return [name for name in expected(scene.data) if name in positions | rates]
 
 
 def linkage_pair(
@@ -119,7 +119,7 @@ def linkage_pair(
         keys,
         Mapping(),
         scene.name,
-        scales={name: channel.given for name, channel in linkage_channels(scene.data).items()},
+        scales={name: channel.given for name, channel in known_channels(scene.data).items()},
         scene=scene,
         launch=launch,
     )

@@ -113,7 +113,7 @@ X = '[columns.x]\nchannel = "slider_x"\n'
 @pytest.mark.parametrize(
     ("mapping", "rule"),
     [
-        ("columns = 3", "columns = 3 must be a section"),
+        ("columns = 3", "columns = 3 must be a dict or section"),
         ("[colums.x]", "colums is not a known key; did you mean columns"),
         (X + "offset = inf", "columns.x.offset = inf must be finite"),
         (X + "factor = 0.0", "columns.'x': factor = 0 leaves nothing"),
