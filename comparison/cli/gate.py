@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -48,7 +47,7 @@ def gate(
     from comparison.report.ci import write_job_summary, write_junit
     from comparison.report.page import write_gate
     from comparison.scene import load_scene
-    from comparison.words.record import gate_lines, gate_notes, gate_summary, of_gate
+    from comparison.words.record import gate_counts, gate_lines, gate_notes, gate_summary, of_gate
 
     baseline = expanded(baseline)
     loaded = [load_scene(name) for name in dict.fromkeys(scenes or [])]
@@ -78,9 +77,6 @@ def gate(
     }
     if json:
         print_json(numbers)
-    counts: dict[tuple[str, str], Counter[str]] = {}
-    for case in cases:
-        counts.setdefault((case.suite, case.group), Counter())[case.status] += 1
     sentences = [f"{line}." for line in (*deviations[:1], gate_summary(result))]
     sentences += [f"Note: {note}." for note in remarks]
     with replacing_in(folder) as part:
@@ -91,10 +87,7 @@ def gate(
             title="Has a model changed since its baseline?",
             sentences=[*sentences, f"Made by: {numbers['command']}"],
             headings=("scene", "run", "passed", "failed", "skipped"),
-            rows=[
-                (*group, str(n["passed"]), str(n["failed"] + n["error"]), str(n["skipped"]))
-                for group, n in counts.items()
-            ],
+            rows=gate_counts(result),
             cases=cases,
         )
         write_gate(result, part / "report.html", command=numbers["command"], lead=deviations)

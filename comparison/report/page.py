@@ -38,7 +38,7 @@ from comparison.verdict.results import ChannelComparison, SceneComparison, rank
 from comparison.verdict.validate import Pair, Standing
 from comparison.words import differences, verdicts
 from comparison.words.differences import lead
-from comparison.words.record import check_message, gate_notes, gate_summary, moved_first, of_gate
+from comparison.words.record import check_message, gate_counts, gate_notes, gate_summary, moved_first, of_gate
 from comparison.words.reliability import notes
 from comparison.words.verdicts import SYMBOLS, standing
 
@@ -494,6 +494,7 @@ def write_gate(gate: Gate, path: Path, *, command: str, lead: Sequence[str]) -> 
         ],
         left=max(0, len(moved) - _FIGURES),
         cases=[case for case in of_gate(gate) if case.status in ("failed", "error")],
+        counts=gate_counts(gate),
         notes=gate_notes(gate),
         origin=origin(),
         command=command,

@@ -1,5 +1,6 @@
 """Results for programs: comparisons as mappings for JSON, without curves; comparisons and gates as cases."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any, Literal, NamedTuple
@@ -221,6 +222,17 @@ def of_gate(gate: Gate) -> list[Case]:
     ]
 
 
+def gate_counts(gate: Gate) -> list[tuple[str, str, str, str, str]]:
+    """Return a row a scene and run: how many of its checks passed, failed, were skipped."""
+    counts: dict[tuple[str, str], Counter[str]] = {}
+    for check in gate.checks:
+        counts.setdefault((check.scene, _group(check)), Counter())[check.status] += 1
+    return [
+        (*group, str(n["passed"]), str(n["failed"] + n["error"]), str(n["skipped"]))
+        for group, n in counts.items()
+    ]
+
+
 def _group(check: Check) -> str:
     if check.run is not None:
         return " ".join(check.run)
@@ -300,8 +312,11 @@ def gate_notes(gate: Gate) -> list[str]:
             f"{' '.join(excused.run)}, scene {excused.scene!r}: {deviate} no more than {excused.neighbours} "
             f"runs from neighbouring starts do here; {'its' if one else 'their'} thresholds are too small"
         )
-    changed = "its numbers are not those that the baseline was made with"
-    return remarks + [f"scene {name!r}: {changed}" for name in gate.rewritten]
+    if gate.rewritten:
+        one, names = len(gate.rewritten) == 1, ", ".join(map(repr, gate.rewritten))
+        numbers = "scene {}: its numbers" if one else "scenes {}: their numbers"
+        remarks.append(numbers.format(names) + " are not those that the baseline was made with")
+    return remarks
 
 
 def gate_summary(gate: Gate) -> str:

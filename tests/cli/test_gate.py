@@ -36,6 +36,7 @@ def test_what_is_unchanged_passes_and_a_scene_that_changed_is_a_regression(sixba
     suites = {(check["suite"], check["group"]) for check in result["checks"]}
     runs = {("tiny", "reference tight"), ("tiny", "exudyn standard")}
     assert suites == {("thresholds", "comparison"), *runs}
+    assert sixbar.text("g/report.html").count('<tr><th scope="row">') == len(suites)  # a row a run
     assert {"settings", "counters", "slider_y", "slider_x"} < {check["name"] for check in result["checks"]}
     assert [tag for tag, _ in sixbar.junit("g/junit.xml").values()] == [""] * len(result["checks"])
     assert str(len(result["checks"])) in sixbar.text("g/summary.md")
