@@ -163,9 +163,7 @@ def stabilized(runs: Runs, model: str, claim: Claim) -> Evidence:
         for name in dict.fromkeys(runs.solver["id"])
         if name.endswith(("-d", "-v", "-a")) and numbers().loc[name, "use"] != "misprint"
     }
-    own = runs.solver[runs.solver["id"].isin(sizes)].dropna(subset=["value"])
-    pairs = pd.MultiIndex.from_frame(own[["relative", "absolute"]])
-    own = own[pairs.isin(pairs[own["gain"] == BARE])]
+    own = runs.solver[runs.solver["default"] & runs.solver["id"].isin(sizes)].dropna(subset=["value"])
     off, bare = (own["value"].abs() / own["id"].map(sizes) - 1.0).abs(), own["gain"] == BARE
     without, stable = float(off[bare].median()), float(off[~bare].median())
     kind, letters = own["id"].str[-1], [name[0] for name in QUANTITIES]

@@ -239,10 +239,8 @@ def _phase(runs: Runs, path: Path) -> None:
     """Draw phase portraits with the ranges of all cycles and the printed ones (Fig. 14a, c, e)."""
 
     def box(panel: Axes, ranges: Sequence[Sequence[float]], label: str, line: Any) -> None:
-        across, up = ranges
-        panel.plot(
-            [across[k] for k in (0, 1, 1, 0, 0)], [up[k] for k in (0, 0, 1, 1, 0)], label=label, **line
-        )
+        (left, right), (low, high) = ranges
+        panel.plot([left, right, right, left, left], [low, low, high, high, low], label=label, **line)
 
     labels = [plane[1] for plane in PLANES.values()]
     with _grid(path, labels, MODELS, 6.6, "", sharex="row", sharey="row") as axes:

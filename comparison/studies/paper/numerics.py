@@ -330,7 +330,7 @@ class Config(NamedTuple):
 
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
-    """Return a row a run and printed number of it: ``id``, `Setting`, ``draw``, ``status``, ``value``."""
+    """Return a row a run and printed number of it: ``id``, `Setting`, ``default``, ``draw``, ``value``."""
     tasks = [
         Run(load_scene(name), Setting(*pair, gain, inside), draw, config.samples)
         for name, pair, gain, inside in product(config.scenes, config.tolerances, config.gains, (False, True))
@@ -339,7 +339,8 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> pd.Dat
     rows = []
     done = measure_all(measure_run, tasks, on_processes(n_jobs, LIMIT), on_progress)
     for task, row in zip(tasks, done, strict=True):
-        own = {"scene": task.scene.name, **task.setting._asdict(), "draw": task.draw, "status": row["status"]}
+        own = {"scene": task.scene.name, **task.setting._asdict(), "default": task.setting[:2] in DEFAULTS}
+        own |= {"draw": task.draw, "status": row["status"]}
         for name, value in row.get("values", {"": np.nan}).items():
             rows.append({"id": name, **own, "value": value})
     return pd.DataFrame(rows)
@@ -350,7 +351,6 @@ def u_d(runs: pd.DataFrame, converged: Mapping[str, float]) -> dict[str, float]:
 
     That share which 95 % of the runs do not exceed, of |size / converged size - 1|.
     """
-    default = pd.MultiIndex.from_frame(runs[["relative", "absolute"]]).isin(DEFAULTS)
-    own = runs[default & (runs["gain"] > 0).to_numpy()].dropna(subset=["value"])
+    own = runs[runs["default"] & (runs["gain"] > 0)].dropna(subset=["value"])
     off = (own["value"].abs() / own["id"].map(converged) - 1.0).abs()
     return {str(name): float(share) for name, share in off.groupby(own["id"]).quantile(DATA["level"]).items()}

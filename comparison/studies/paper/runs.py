@@ -337,7 +337,6 @@ VARIANTS: list[dict[str, Any]] = DATA["variant"]
 SEED: int = DATA["seed"]
 REFERENCE, ATTEMPTS = "reference", 1000
 WITHOUT_CLEARANCE = {"joints.slider": "ideal", "joints.crank_pin": "ideal"}
-FIELDS = Shown._fields
 HYPOTHESES: dict[str, dict[str, object]] = {"gravity": {}, "none": {"environment.gravity": 0.0}}
 """The paper does not mention gravity: what is changed in a scene, whose own is 9.81 m/s^2."""
 RODS = ("crank", "rod2", "rocker", "rod4")
@@ -411,7 +410,7 @@ class Draw(Task):
 class Ensemble(NamedTuple):
     """Results of the draws."""
 
-    shown: pd.DataFrame  # a row a draw that succeeded, by its number; columns (id, one of `FIELDS`)
+    shown: pd.DataFrame  # a row a draw that succeeded, by its number; columns (id, field of `Shown`)
     failures: list[str]  # of each that did not its status, or why the model refused it
 
 
@@ -423,7 +422,7 @@ def run_draws(draws: Sequence[tuple[Draw, int]], n_jobs: int, on_progress: Progr
     for one, count in draws:
         results = list(islice(rows, count))
         shown = {number: row["shown"] for number, row in enumerate(results) if row["status"] == SUCCESS}
-        columns = pd.MultiIndex.from_product([one.ids, FIELDS])
+        columns = pd.MultiIndex.from_product([one.ids, Shown._fields])
         frame = pd.DataFrame.from_dict(shown, orient="index", columns=columns, dtype=np.float64)
         failed = [row for row in results if row["status"] != SUCCESS]
         # Of what is no status of a model the message is the reason.
@@ -433,7 +432,7 @@ def run_draws(draws: Sequence[tuple[Draw, int]], n_jobs: int, on_progress: Progr
 
 
 def measure_draw(task: Draw, progress: Progress) -> Row:
-    """Run a draw and return the `FIELDS` of each id, one after the other."""
+    """Run a draw and return the `Shown` of each id, one after the other."""
     del progress
     config, name = task.config, task.name
     base = short_scene(config, name)

@@ -122,13 +122,11 @@ def page(results: Results) -> Mapping[str, object]:
         "equal": _equal_pairs(results.runs.solver),
         "solver": _solver(results.runs.solver),
         "forms": _forms(results.tried),
-        "variants": VARIANTS,
         "left_out": results.tried[results.tried["why"] != ""].drop_duplicates(["variant", "why"]),
         "quantities": QUANTITIES,
         "units": units,
         "laws_and_codes": results.runs.laws_and_codes,
-        "geometry": DATA["geometry"],
-        "inputs": INPUTS,
+        "data": DATA,
         "likely": next(one for one in INPUTS if "likely" in one),
         "statements": statements,
         "statements_table": markdown(statements.assign(verdict=said)[["section", "says", "verdict"]]),
@@ -170,10 +168,9 @@ def _agreeing(peaks: pd.DataFrame) -> dict[str, dict[str, str]]:
 def _by_setting(predicted: pd.DataFrame, judged: pd.DataFrame, solver: pd.DataFrame) -> dict[Any, Any]:
     """Return the least and most predictions inside with u_D of one tolerance and gain, and by chance."""
     exact, printed = predicted[MODELS[0]].abs(), judged["id"].map(predicted["printed_size"])
-    runs = solver[solver["gain"] > BARE].dropna(subset=["value"])
-    default = pd.MultiIndex.from_frame(runs[["relative", "absolute"]]).isin(numerics.DEFAULTS)
+    runs = solver[solver["default"] & (solver["gain"] > BARE)].dropna(subset=["value"])
     counts = []
-    for _, own in runs[default].groupby(["relative", "gain"]):
+    for _, own in runs.groupby(["relative", "gain"]):
         known = numerics.u_d(own, {str(name): size for name, size in exact.items()})
         off, middle = (judged["id"].map(known) * judged["id"].map(exact)).fillna(0.0), judged["middle"]
         low = middle - np.hypot(middle - judged["low_without"], off)
@@ -288,10 +285,7 @@ def _solver(solver: pd.DataFrame) -> str:
 
 def _equal_pairs(solver: pd.DataFrame) -> dict[str, int]:
     """Return of how many pairs of runs under two Poisson's ratios the displacements agree as in print."""
-    if solver.empty:
-        return {"pairs": 0, "equal": 0}
-    default = pd.MultiIndex.from_frame(solver[["relative", "absolute"]]).isin(numerics.DEFAULTS)
-    own = solver[default & (solver["gain"] > BARE).to_numpy()]
+    own = solver[solver["default"] & (solver["gain"] > BARE)]
     keys = ["relative", "absolute", "gain", "inside", "draw"]
     one, other = (own[own["id"] == name].set_index(keys)["value"].abs() for name in POISSON_PAIR)
     ratio = (one / other).dropna()

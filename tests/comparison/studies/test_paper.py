@@ -215,7 +215,7 @@ def test_hypotheses_are_judged_apart_and_nothing_lies_between_them():
 def test_the_papers_solver_and_the_form_of_the_model_widen_the_interval():
     printed = abs(published("F9-69-v").value)
     made_up = motions([{("69GPa", "slider_vy"): spike("69GPa", 0.79, 1.3 * printed)}])
-    setting = {"relative": 1e-3, "absolute": 1e-6, "gain": 10.0}
+    setting = {"relative": 1e-3, "absolute": 1e-6, "gain": 10.0, "default": True}
     solver = pd.DataFrame([{"id": "F9-69-v", **setting, "value": 1.3 * printed * 1.3}])
     # Of two forms one counts.
     tried = pd.DataFrame({"id": ["F9-69-v"] * 2, "counts": [True, False], "change": [0.4 * printed, 9.0]})
@@ -403,8 +403,7 @@ def test_every_statement_can_be_supported_and_can_be_contradicted_where_the_pape
             {
                 "id": "F9-69-v",
                 "gain": [claims.BARE, 10.0, 10.0],
-                "relative": [1e-3, 1e-3, 1e-5],
-                "absolute": 1e-6,
+                "default": [True, True, False],
                 "value": [bare * value, stable * value, 3.0 * value],
             }
         )

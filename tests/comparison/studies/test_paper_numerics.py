@@ -106,8 +106,8 @@ def test_bounds_that_geometry_sets():
 def test_the_solvers_error_is_that_of_the_runs_at_its_defaults():
     sizes = [1.0, -1.1, 0.9, 1.5]
     rows = [
-        {"id": "F9-210-d", "gain": 10.0, "relative": relative, "absolute": absolute, "value": value}
-        for relative, absolute in (*numerics.DEFAULTS, (1e-5, 1e-8))
+        {"id": "F9-210-d", "gain": 10.0, "default": default, "value": value}
+        for default in (True, True, False)
         for value in (*sizes, np.nan)
     ]
     rows[-2]["value"] = 100.0  # of no default
