@@ -411,11 +411,9 @@ def test_every_statement_can_be_supported_and_can_be_contradicted_where_the_pape
     held, off = claims.judge_all(favourable), claims.judge_all(restless)
     assert held["id"].nunique() == len(claims.CLAIMS) == 48
     decidable = {claim["id"] for claim in claims.CLAIMS if "reason" not in claim}
-    opposite = "reliability-speed-velocity"  # where the velocity is less reliable at the higher speed
-    for rows, said, other in ((held, SUPPORTED, CONTRADICTED), (off, CONTRADICTED, SUPPORTED)):
+    for rows, said in ((held, SUPPORTED), (off, CONTRADICTED)):
         first = rows.drop_duplicates("id").set_index("id")["verdict"]
-        assert set(first[list(decidable - {opposite})]) == {said}
-        assert first[opposite] == other
+        assert set(first[list(decidable)]) == {said}
         assert set(first.drop(list(decidable))) == {Verdict.UNDECIDABLE}
     assert set(held.loc[held["decides"], "what"]) == set(claims.CRITERIA)
     # The stabilization is tried in neither model.
