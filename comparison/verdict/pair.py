@@ -333,7 +333,7 @@ class Pair:
         ]
         moves = np.random.default_rng(0).standard_normal((2 if count else 0, count))
         total = sum(map(len, families)) + 2 * len(moves)
-        if any(side.solver is not None for side in self.sides):  # what one side's columns lack needs no further run
+        if any(side.solver is not None for side in self.sides):  # refuse columns of one side at once
             first = [family[:1] for family in families]
             self._run(first, total)
             self._read_tables(first)
