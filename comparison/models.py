@@ -89,7 +89,7 @@ def plan_of(model: str, scene: Mapping[str, Any]) -> dict[str, Any]:
     """Return a model's plan of a scene, by its function's ``plan``; raises as `check`.
 
     It has ``formulation`` as the model records it, ``bodies``, the numbers of ``coordinates`` and
-    ``constraints``, and possibly a ``note``.
+    ``constraints``, possibly a ``note``; of a linkage ``freedom`` and ``start`` (m, rad) of each body.
     """
     own = getattr(load(model), "plan", None)
     if own is None:

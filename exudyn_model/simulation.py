@@ -183,13 +183,15 @@ def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
     """Return what :func:`simulate` integrates for a scene; raise a ValueError if it cannot be simulated.
 
     Keys: ``formulation`` as in the provenance, ``bodies``, numbers of ``coordinates`` and ``constraints``,
-    and a ``note`` about the equations if they need one; of a linkage also its ``freedom``, the difference.
+    and a ``note`` about the equations if they need one; of a linkage also its ``freedom``, the difference,
+    and the ``start`` of each body: centroid (m) and angle (rad).
     """
     if "body" in scene:
         linkage = read_linkage(scene)
         rows, count = len(linkage.system.multipliers), 3 * len(linkage.names)
         planned = {"formulation": BODIES_AND_JOINTS, "bodies": linkage.names, "coordinates": count}
-        return planned | {"constraints": rows, "freedom": count - rows}
+        start = dict(zip(linkage.names, (body.position for body in linkage.system.bodies), strict=True))
+        return planned | {"constraints": rows, "freedom": count - rows, "start": start}
     parameters = read_scene(scene)
     ideal_slider, ideal_pin = parameters.guide is None, parameters.journal is None
     if parameters.integration.formulation == "full":

@@ -170,7 +170,7 @@ def _rank(matrix: Array) -> int:
 
 
 def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
-    """Return formulation, bodies, coordinates, constraints, freedom; raise as `read_linkage`."""
+    """Return formulation, bodies, coordinates, constraints, freedom, start; raise as `read_linkage`."""
     assembly = read_linkage(scene)
     rows, columns = assembly.units.shape
     return {
@@ -179,4 +179,5 @@ def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
         "coordinates": columns,
         "constraints": rows,
         "freedom": columns - rows,
+        "start": dict(zip(scene["body"], assembly.start[:columns].reshape(-1, 3).tolist(), strict=True)),
     }

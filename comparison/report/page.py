@@ -377,7 +377,7 @@ def _sections(scene: SceneComparison) -> list[tuple[str, str]]:
     sections = {
         "plots": ("Plots", any(map(shown, scene.tiers))),
         f"{scene.tier}-why": ("Why", True),
-        f"{scene.tier}-channels": ("Channels", scene.channels),
+        f"{scene.tier}-channels": ("Channels", scene.excited),
         "contacts": ("Contacts", tables.contact_table(scene) or _without_contact(scene)),
         "reliability": ("Reliability", any(tier.reliability for tier in scene.tiers)),
         "runs": ("Runs", any(tier.provenance for tier in scene.tiers)),

@@ -191,6 +191,11 @@ class LinkageKeys(Section):
             yield "drive.torque_table", rows, "must lead from 0 to 360 deg, with equal torques there"
         if any(after[0] <= before[0] for before, after in pairwise(rows)):
             yield "drive.torque_table", rows, "must have rising angles"
+        guided, body = {guide.body: guide.on for guide in self.guide.values()}, drive.body
+        while body in guided:
+            body = guided.pop(body)
+        if body == "frame" and not drive.free:
+            yield "drive.body", drive.body, "cannot turn: a guide holds its angle"
         ways = ("speed_rpm", "torque", "torque_table", "free")
         if len(given := [way for way in ways if getattr(drive, way) is not None]) != 1:
             yield "drive", given, f"must have one of {', '.join(ways)}"
@@ -201,7 +206,7 @@ class LinkageKeys(Section):
             if value is not None:
                 yield key, value, f"is for a linkage {'without' if by_speed else 'with'} drive.speed_rpm"
         if not by_speed and output.duration is None:
-            yield "output.duration", None, "must be given (s) where no speed drives"
+            yield "output.duration", None, "must be given (s): a drive without speed_rpm needs it"
         samples = (drive.cycles or 1.0) * (output.samples_per_cycle or 1000)
         if not 0.5 < samples <= MAX_SAMPLES:
             yield "drive.cycles", drive.cycles, f"must give 1 to {MAX_SAMPLES} samples, not {samples:g}"

@@ -242,9 +242,9 @@ class Load(Section):
     """Elastic workpiece that pushes the slider up near bottom dead centre; none by default."""
 
     surface: Annotated[Real, M] = -0.0318
-    """Height y of the slider's centre at which it meets the workpiece, in the fixed frame."""
+    """Height y at which the centre of the loaded body meets the workpiece, in the fixed frame."""
     force: Annotated[NotNegative, Unit("N")] = 0.0
-    """Force of the workpiece (press force) at load.depth; 0 is no workpiece."""
+    """Force of the workpiece (working load) at load.depth; 0 is no workpiece."""
     depth: Annotated[Positive, M] = 3e-3
     """Depth below the surface at which the power law has load.force."""
     exponent: Annotated[float, Field(ge=1, allow_inf_nan=False)] = 1.5
@@ -273,15 +273,15 @@ class ReferenceSolver(Section):
     """Settings of the reference model; tolerance: absolute local error of the positions (m and rad)."""
 
     formulation: str = "auto"
-    """Equations of the reference: minimal, multiplier; auto is minimal."""
+    """Equations of the reference: minimal, multiplier; auto is minimal, of a linkage multiplier."""
     method: str = "dop853"
-    """Integrator of the reference: dop853, or one of SciPy's solve_ivp."""
+    """Integrator of the reference: dop853, of the press also those of SciPy's solve_ivp."""
     tolerance: Positive = 1e-10
     """Absolute local error of the reference's positions in metres and radians (accuracy)."""
     baumgarte_alpha: NotNegative = 10.0
-    """Baumgarte stabilization of velocities, alpha; only with multipliers."""
+    """Baumgarte stabilization of velocities, alpha; only with the press's multipliers."""
     baumgarte_beta: NotNegative = 10.0
-    """Baumgarte stabilization of positions, beta; only with multipliers."""
+    """Baumgarte stabilization of positions, beta; only with the press's multipliers."""
 
 
 class ExudynSolver(Section):
@@ -292,11 +292,11 @@ class ExudynSolver(Section):
     """
 
     formulation: str = "auto"
-    """Equations of Exudyn: tree, full (five bodies); auto is the smallest with the requested channels."""
+    """Equations of Exudyn: full (all bodies), of the press also tree; auto is the smallest that suffices."""
     method: str = "auto"
     """Integrator of Exudyn; auto is the formulation's usual one."""
     step: Annotated[Positive, S] = 2e-6
-    """Time step dt of Exudyn in contacts, with full; the largest step, 1e-4 by default, with tree."""
+    """Time step dt of Exudyn, in contacts if there are some; with tree the largest step, 1e-4 by default."""
     tolerance: Positive = 1e-7
     """Tolerance of Newton's method with full; local error, 1e-10 by default, with tree (accuracy)."""
 

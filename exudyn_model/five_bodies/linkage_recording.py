@@ -98,7 +98,10 @@ class LinkageRecorder(BodiesRecorder):
             "energy": (value, time, ""),
             "constraint-position": (*self.drift["position"], "a constraint"),
         }
-        return judge(worst, {"energy": bound, "constraint-position": 1e-5 * linkage.size})
+        judged, broken = judge(worst, {"energy": bound, "constraint-position": 1e-5 * linkage.size})
+        if broken and self._least[0] < 0.3 * self._start:
+            broken += f", perhaps by a singular position near t = {self._least[1]:.6g} s"
+        return judged, broken
 
     def _observe(self) -> None:
         if self.ending:

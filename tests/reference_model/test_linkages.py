@@ -543,6 +543,10 @@ def test_columns_come_in_order_and_by_groups():
         "coordinates": 6,
         "constraints": 4,
         "freedom": 2,
+        "start": {
+            body: pytest.approx([result.columns[f"{body}.{part}"][0] for part in ("x", "y", "angle")])
+            for body in ("upper", "lower")
+        },
     }
 
 

@@ -38,9 +38,12 @@ def test_the_duration_of_a_free_linkage_is_stated(tmp_path) -> None:
 @pytest.mark.parametrize("name", shipped_linkages())
 def test_a_new_file_is_its_linkage(name, tmp_path) -> None:
     path = tmp_path / "new.toml"
-    path.write_text(new_scene(path, name))
+    (tmp_path / "base.toml").write_text(f"[scene]\nextends = '{name}'\n[compare]\nuntil = 0.5")
+    path.write_text(new_scene(path, str(tmp_path / "base.toml")))
     known = load_scene(name)
     assert load_scene(path).hash == known.hash == scene_from_mapping(known.data).hash
+    assert load_scene(path).compare.until == 0.5
+    assert [*load_scene(path).data["body"]] == [*known.data["body"]]
 
 
 @pytest.mark.parametrize(
