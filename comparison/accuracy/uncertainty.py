@@ -22,7 +22,8 @@ whole: kappa is 1. With more runs M_i of the same setting from moved starts
 (`comparison.verdict.confirmation`), u is never below :math:`F_e \max_i \max_{W(t)} |S - M_i|`.
 
 Contacts are shorter than the distance of samples: that all runs have no force at one shows little. Where a
-corner's force is zero and its gap within u of zero, u of the force is at least the largest force of the run.
+corner's force is zero and its gap within u of zero, u of the force is at least the largest force of the run,
+and so of the journal of a linkage.
 """
 
 from collections.abc import Mapping, Sequence
@@ -201,12 +202,25 @@ def model_uncertainty(
     )
     floor = round_off(base, time, runs.base.known[name].round_off, learnt)
     u = uncertainty(levels, windows(time, WINDOW * period), floor, whole=learnt is not None)
-    gap = runs.base.known[name].follows or ""
-    if gap.endswith("_gap") and gap in runs.base.names:
-        near = model_uncertainty(runs, gap, period, ensemble, every, learnt)
-        touching = (base == 0.0) & (np.abs(values(runs.base, gap)) <= near)
+    gap, closed = _gap(runs.base, name)
+    if gap:
+        errors = [model_uncertainty(runs, each, period, ensemble, every, learnt) for each in gap]
+        near = np.hypot.reduce([error for error in errors if error is not None])
+        open_ = np.abs(np.hypot.reduce([values(runs.base, each) for each in gap]) - closed)
+        touching = (base == 0.0) & (open_ <= near)
         u = np.where(touching, np.maximum(u, so_far(np.abs(base), learnt)), u)
     return u
+
+
+def _gap(table: Table, name: str) -> tuple[list[str], float]:
+    """Return the channels whose length tells where a contact of this force is closed, and that length, m."""
+    channel = table.known[name]
+    gap = channel.follows or ""
+    if gap.endswith("_gap"):
+        return [gap] * (gap in table.names), 0.0
+    if channel.group == "contacts" and gap:  # of a journal, whose eccentricity is then its clearance
+        return [gap, f"{gap[:-1]}y"], table.known[gap].given or 0.0
+    return [], 0.0
 
 
 def spread(original: Array, perturbed: Sequence[Array], half_width: int | Windows) -> Array:

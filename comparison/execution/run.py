@@ -244,7 +244,8 @@ def _attempt(job: Job, progress: Progress | None) -> Outcome:
         result = load(job.model)(deepcopy(scene.data), progress=progress)
         table = Table.from_result(result)
         if result.status == "success":
-            check(table, expected(scene.data), (0.0, scene.duration), name=f"the {job.model} run")
+            own = replace(table, provenance=table.provenance | {"scene": scene.data})
+            check(own, expected(scene.data), (0.0, scene.duration), name=f"the {job.model} run")
         if job.dense:
             table = at_own_samples(table, job.scene)
         if result.status != "success":
