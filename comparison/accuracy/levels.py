@@ -300,8 +300,7 @@ def plan(scene: Scene, model: str) -> Plan:
         sizes, left = (own["coordinates"], own["constraints"]), (("tight tier", "it is the press's"),)
         beside = " besides the drive" if "speed_rpm" in scene.data["drive"] else ""
         note = f"degrees of freedom{beside}: {own['freedom']}"
-        contacts = tuple(own.get("contacts", ()))
-        bodies = tuple(own["bodies"])
+        bodies, contacts = tuple(own["bodies"]), tuple(own.get("contacts", ()))
         return Plan(model, own["formulation"], bodies, (), *sizes, note, contacts, "", left, None, ())
     key, instead = f"solver.{model}.formulation", []
     for name in formulations(model, scene.data):

@@ -202,25 +202,19 @@ def model_uncertainty(
     )
     floor = round_off(base, time, runs.base.known[name].round_off, learnt)
     u = uncertainty(levels, windows(time, WINDOW * period), floor, whole=learnt is not None)
-    gap, closed = _gap(runs.base, name)
-    if gap:
-        errors = [model_uncertainty(runs, each, period, ensemble, every, learnt) for each in gap]
-        near = np.hypot.reduce([error for error in errors if error is not None])
-        open_ = np.abs(np.hypot.reduce([values(runs.base, each) for each in gap]) - closed)
-        touching = (base == 0.0) & (open_ <= near)
+    channel = runs.base.known[name]
+    gap = channel.follows or ""
+    # Of a linkage's journal the eccentricity, which is its clearance where it touches.
+    axes = [gap, f"{gap[:-1]}y"] if channel.group == "contacts" and gap.endswith(".x") else [gap]
+    if gap in runs.base.names and (len(axes) > 1 or gap.endswith("_gap")):
+        errors = [model_uncertainty(runs, axis, period, ensemble, every, learnt) for axis in axes]
+        closed = 0.0 if len(axes) == 1 else runs.base.known[gap].given
+        open_ = np.abs(np.hypot.reduce([values(runs.base, axis) for axis in axes]) - closed)
+        touching = (base == 0.0) & (
+            open_ <= np.hypot.reduce([error for error in errors if error is not None])
+        )
         u = np.where(touching, np.maximum(u, so_far(np.abs(base), learnt)), u)
     return u
-
-
-def _gap(table: Table, name: str) -> tuple[list[str], float]:
-    """Return the channels whose length tells where a contact of this force is closed, and that length, m."""
-    channel = table.known[name]
-    gap = channel.follows or ""
-    if gap.endswith("_gap"):
-        return [gap] * (gap in table.names), 0.0
-    if channel.group == "contacts" and gap:  # of a journal, whose eccentricity is then its clearance
-        return [gap, f"{gap[:-1]}y"], table.known[gap].given or 0.0
-    return [], 0.0
 
 
 def spread(original: Array, perturbed: Sequence[Array], half_width: int | Windows) -> Array:

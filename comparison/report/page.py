@@ -254,12 +254,10 @@ def _insets(data: Mapping[str, Any], start: Mapping[str, Sequence[float]]) -> It
         if guide is None:
             yield inset | {"shift": (magnified * offset[0], -magnified * offset[1]), "block": None}
             continue
-        scale = min(
-            80.0 / own["length"], 36.0 / own["width"]
-        )  # of the block, whose displacements are enlarged
-        turned, tilt = guide["direction_deg"] + degrees(start[guide["on"]][2]), own["tilt_deg"]
-        inset |= {"turned": -turned, "tilt": -tilt * magnified / scale, "shift": (0.0, -magnified * offset)}
-        yield inset | {"block": (scale * own["length"], scale * own["width"]), "gap": _INSET}
+        length, width, tilt = own["length"], own["width"], -magnified * own["tilt_deg"]
+        scale = min(80.0 / length, 36.0 / width)  # of the block; displacements are magnified
+        inset |= {"turned": -guide["direction_deg"] - degrees(start[guide["on"]][2]), "tilt": tilt / scale}
+        yield inset | {"shift": -magnified * offset, "block": (scale * length, scale * width), "gap": _INSET}
 
 
 def _mm(metres: float) -> str:

@@ -185,13 +185,10 @@ class Curve(NamedTuple):
 
 def independent(scene: SceneComparison) -> list[str]:
     """Return the excited channels; of corners the normal forces and those that differ: the others follow."""
-    follow, of_contacts = ("gap", "friction"), ("corners", "contacts")
-    return [
-        name
-        for name, channel in scene.excited.items()
-        if channel.verdict == "differ"
-        or not (name.endswith(follow) and channel.definition.group in of_contacts)
-    ]
+    excited = scene.excited.items()
+    at_contacts = {name for name, channel in excited if channel.definition.group in ("corners", "contacts")}
+    following = {name for name in at_contacts if name.endswith(("gap", "friction"))}
+    return [name for name, channel in excited if name not in following or channel.verdict == "differ"]
 
 
 def shown(scene: SceneComparison) -> list[ChannelComparison]:
@@ -294,10 +291,10 @@ def _packed(
         "time": [float(f"{since:.10g}") for since in (time[kept] - time[0]).tolist()],
         "contacts": [_contacts(table, among) for table in events],
         "places": [
-            [f"corner_{place}_normal", f"the {CONTACTS[place]}"]
-            if place in CONTACTS
-            else [f"{place}{'_' if '.' in place else '.'}normal", place]
-            for place in among
+            (f"corner_{p}_normal", f"the {CONTACTS[p]}")
+            if p in CONTACTS
+            else (f"{p}{'._'['.' in p]}normal", p)
+            for p in among
         ],
         "first": [name for name in dict.fromkeys(head["first"]) if name in names] or names[:1],
         "pulses": [_pulses(table, own) for table, own in zip(events, pulses, strict=True)],

@@ -46,11 +46,10 @@ NAMED = ("body", "pin", "guide", "spring", "initial", "guess")
 """Tables that hold a table for each name, of a body in the last two."""
 STEPS_IN_TURN, STEPS = 50_000, 100_000
 """Default steps of Exudyn at least, in a turn of what a speed drives, else in the duration."""
+ENERGIES = ("kinetic", "gravity", "drive", "spring", "contact", "damping", "friction", "load", "residual")
 DEG, N_M = Unit("deg"), Unit("N m")
 CORNERS = ("ll", "lr", "ul", "ur")
 """Corners of the block of a guide with clearance: lower and upper along it, left and right of it."""
-START = 1e-3
-"""Share of its size by which a clearance may start closed, as a start that touches does if it is moved."""
 
 
 def _on_axis(value: object) -> object:
@@ -183,14 +182,8 @@ class Clearance(Section):
 
 
 OF_PIN: dict[str, Any] = {"journal_radius": 0.01, "offset": [0.0, 0.0], "offset_rate": [0.0, 0.0]}
-OF_GUIDE: dict[str, Any] = {
-    "length": None,
-    "width": None,
-    "corner_radius": 1e-3,
-    "offset": 0.0,
-    "offset_rate": 0.0,
-}
-OF_GUIDE |= {"tilt_deg": 0.0, "tilt_rate": 0.0}
+OF_GUIDE: dict[str, Any] = {"length": None, "width": None, "corner_radius": 1e-3}
+OF_GUIDE |= dict.fromkeys(("offset", "offset_rate", "tilt_deg", "tilt_rate"), 0.0)
 """Keys of a clearance at a pin, at a guide, and their defaults; without one a key must be given."""
 
 
@@ -318,25 +311,20 @@ class LinkageKeys(Section):
             at, known = f"clearance.{name}", OF_PIN if name in self.pin else OF_GUIDE
             if name not in {**self.pin, **self.guide}:
                 yield at, name, f"is no pin or guide{_close(name, {**self.pin, **self.guide})}"
-            for key in own.model_dump(exclude={"size", "contact", "friction"}, exclude_none=True):
-                if key not in known:
-                    yield (
-                        f"{at}.{key}",
-                        getattr(own, key),
-                        f"is for a {'guide' if known is OF_PIN else 'pin'}",
-                    )
-            for key, usual in known.items():
-                value = getattr(own, key)
-                if (value is None) > (usual is not None):
+            for key in OF_PIN | OF_GUIDE:
+                value, usual = getattr(own, key), known.get(key)
+                if value is None and key in known and usual is None:
                     yield f"{at}.{key}", None, "must be given for a guide"
-                if value is not None and isinstance(value, list) is not isinstance(usual, list):
+                elif value is not None and key not in known:
+                    yield f"{at}.{key}", value, f"is for a {'guide' if known is OF_PIN else 'pin'}"
+                elif value is not None and isinstance(value, list) is not isinstance(usual, list):
                     yield f"{at}.{key}", value, f"must be {'[x, y]' if known is OF_PIN else 'a number'}"
             offset, size = own.offset or 0.0, own.size
             depth = (hypot(*offset) if isinstance(offset, list) else abs(offset)) - size
             if own.tilt_deg and own.length and own.width:
                 tilt = radians(own.tilt_deg)
                 depth += (own.length * abs(sin(tilt)) + own.width * (abs(cos(tilt)) - 1.0)) / 2.0
-            if depth > START * size:
+            if depth > 0.0:
                 yield f"{at}.offset", offset, f"starts {depth:.3g} m beyond the gap {at}.size = {size:g} m"
         for at, laws in self.laws.items():
             yield from contact_violations(*laws, at)
@@ -443,45 +431,33 @@ def quantities(data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the quantities that a linkage requests, by name: fields of a channel, or none of a press's."""
     size, rpm = largest_length(data), abs(data["drive"].get("speed_rpm", 0.0))
     scales = {"length": size, "1": 1.0, "length/T": size * rpm * pi / 30, "1/T": rpm * pi / 30}
-    groups, known, loose = (
-        {"motion", *data["output"]["groups"]},
-        dict[str, dict[str, Any]](),
-        clearances(data),
-    )
+    groups, known = {"motion", *data["output"]["groups"]}, dict[str, dict[str, Any]]()
     tables = {**data, "drive": ["drive"] if rpm else []}
-    places = [("body", f"{name}.") for name in data["body"]]
-    for name, corners in loose.items():
-        places += [("corner", f"{corner}_") for corner in corners] or [("journal", f"{name}.")]
-    places += [(table, f"{name}.") for table in ("pin", "guide", "spring", "drive") for name in tables[table]]
+    places = [("body", name) for name in data["body"]]
+    places += [("corner" if "." in place else "journal", place) for place in contacts(data)]
+    places += [(table, name) for table in ("pin", "guide", "spring", "drive") for name in tables[table]]
     for table, name in places:
+        scales["clearance"] = data.get("clearance", {}).get(name.partition(".")[0], {}).get("size", 0.0)
+        first = f"{name}{'_' if table == 'corner' else '.'}"
         for quantity, keys in _file()[table].items():
-            own = {"label": f"{name[:-1]} {quantity}".replace("_", " ")}
-            own |= {key: f"{name}{keys[key]}" for key in ("rate", "follows") if key in keys}
-            if table in ("corner", "journal"):
-                scales["clearance"] = data["clearance"][name.partition(".")[0]]["size"]
+            own = {"label": f"{name} {quantity}".replace("_", " ")}
+            own |= {key: f"{first}{keys[key]}" for key in ("rate", "follows") if key in keys}
             given = scales.get(keys.get("scale", "")) or None
-            known[f"{name}{quantity}"] = keys | own | {"scale": "range", "given": given}
+            known[f"{first}{quantity}"] = keys | own | {"scale": "range", "given": given}
     known = {name: keys for name, keys in known.items() if keys["group"] in groups}
-    contact, load = bool(loose), "load" in data
-    parts = [
-        "kinetic",
-        "gravity",
-        "drive",
-        "spring",
-        *["contact"] * contact,
-        "damping",
-        *["friction"] * contact,
-    ]
-    energies = [f"energy_{part}" for part in (*parts, *["load"] * load, "residual") if "energy" in groups]
+    without = {"load"} - {*data} | (set() if "clearance" in data else {"contact", "friction"})
+    energies = [f"energy_{part}" for part in ENERGIES if "energy" in groups and part not in without]
     return known | {name: _file()["energy"].get(name, {}) for name in energies}
 
 
-def clearances(data: Mapping[str, Any]) -> dict[str, list[str]]:
-    """Return the clearances of a linkage, with the contacts of each at corners; a pin has none of these."""
-    return {
-        name: [f"{name}.{corner}" for corner in CORNERS if name in data["guide"]]
+def contacts(data: Mapping[str, Any]) -> list[str]:
+    """Return the contacts of a linkage as event tables name them: "PIN", and "GUIDE.ll" of each corner."""
+    guides = data.get("guide", {})
+    ends = [
+        (name, [f".{corner}" for corner in CORNERS] if name in guides else [""])
         for name in data.get("clearance", {})
-    }
+    ]
+    return [f"{name}{end}" for name, own in ends for end in own]
 
 
 def largest_length(data: Mapping[str, Any]) -> float:

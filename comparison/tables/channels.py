@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from comparison.scene.linkage import clearances, quantities
+from comparison.scene.linkage import contacts, quantities
 
 Array = NDArray[np.float64]
 """Values of a channel, and what is computed from them."""
@@ -93,9 +93,7 @@ def known_channels(scene: Mapping[str, Any]) -> dict[str, Channel]:
 
 def places(scene: Mapping[str, Any]) -> list[str]:
     """Return the contacts of a scene as event tables name them: of the press, or "PIN" and "GUIDE.ll"."""
-    if "body" not in scene:
-        return [*CONTACTS]
-    return [place for name, corners in clearances(scene).items() for place in corners or [name]]
+    return contacts(scene) if "body" in scene else [*CONTACTS]
 
 
 def touching(place: str, scene: Mapping[str, Any]) -> list[str]:

@@ -173,7 +173,7 @@ def _faults(table: Table, channels: Sequence[str], span: tuple[float, float] | N
     events = pd.DataFrame({"start": [], "end": []}) if table.events is None else table.events
     if len(events):
         among = places(table.provenance.get("scene") or {})
-        yield from _event_faults(events, among, (time[0], time[-1]), 0.5 * float(np.median(steps)))
+        yield from _event_faults(events, among, time[[0, -1]], 0.5 * float(np.median(steps)))
     for name in ("pulses", "cycle_extrema"):
         yield from (f"its {fault}" for fault in _array_faults(name, getattr(table, name) or {}))
     row = (table.pulses or {"row": np.empty(0)})["row"]
@@ -189,9 +189,7 @@ def _number_faults(channel: str, column: pd.Series) -> Iterator[str]:
         yield f"{channel} is {column.tolist()[n]!r} in data row {n + 1}, and {rule}"
 
 
-def _event_faults(
-    events: pd.DataFrame, among: Sequence[str], span: tuple[float, float], slack: float
-) -> Iterator[str]:
+def _event_faults(events: pd.DataFrame, among: Sequence[str], span: Array, slack: float) -> Iterator[str]:
     begin, stop = span
     if missing := [column for column in ("corner", "start", "end", *_MEASURES) if column not in events]:
         yield f"its events have no column {missing[0]}"

@@ -62,6 +62,10 @@ class LinkagePair(Pair):
                 else:
                     turned = degrees(offset) if key.endswith("_deg") else offset
                     moved[f"{table}.{name}.{key}"] = value.get(key, 0.0) + turned
+        for name in scene.loose:  # one that touches stays within the gap
+            if place := moved.get(key := f"clearance.{name}.offset"):
+                share = min(1.0, (1 - 1e-15) * scene.clearance(name) / float(np.linalg.norm(place)))
+                moved[key] = [share * each for each in place] if isinstance(place, list) else share * place
         return Job(scene.variant(moved), model)
 
     def _columns(self, run: Run) -> dict[str, Array]:

@@ -521,11 +521,9 @@ class SceneComparison:
 
         A contact is predictable where its corner's gap is, or x where the tables hold no gaps.
         """
-        decisive = {
-            place: next(filter(None, map(self.channels.get, (*gaps, "slider_x"))), None)
-            for place in dict.fromkeys([*CONTACTS, *touched(*self.events)])
-            for gaps in [(f"corner_{place}_gap", f"{place}_gap", f"{place}.x")]
-        }
+        places, gaps = [*CONTACTS, *touched(*self.events)], ("corner_{}_gap", "{}_gap", "{}.x", "slider_x")
+        known = {place: [self.channels.get(gap.format(place)) for gap in gaps] for place in places}
+        decisive = {place: next(filter(None, of_place), None) for place, of_place in known.items()}
         predictable = {place: c.predictable for place, c in decisive.items() if c and c.u is not None}
         return impacts_of(*self.events, time=self.time, period=self.period, predictable=predictable)
 
