@@ -214,7 +214,7 @@ def test_the_press_as_a_linkage_is_the_press(name, cycles, contacts):
         assert difference[free].max() <= (1e-9 if by_newton else 1e-12), channel
         assert difference.max() <= 1e-6, channel  # ten contacts magnify it
         compared += 1
-    assert compared >= 36
+    assert compared >= 32
 
 
 ROUGH = {"crank": 0.0, "rod2": 111.0, "rocker": 163.0, "rod4": -102.0}
