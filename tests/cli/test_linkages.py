@@ -39,7 +39,7 @@ def test_a_singular_position_ends_as_what_cannot_be_compared(sixbar):
 
 def test_two_corners_that_touch_at_once_are_listed_by_both_models(sixbar):
     """The first contact of the free slider-crank of Flores, Leine and Glocker: in flight it is smooth."""
-    few = "--set output.duration=3e-3 --set output.samples=300 --set solver.exudyn.step=1e-7".split()
+    few = ["--set", "output.duration=3e-3", "--set", "output.samples=300", "--set", "solver.exudyn.step=1e-7"]
     record = json.loads(sixbar("validate", "slider-crank", *few, "--out", "report", "--json").out)
     (scene,) = record["scenes"]
     assert (scene["verdict"], record["exit_code"]) == ("agree", 0)
