@@ -7,8 +7,6 @@ within the clearances.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from comparison.accuracy.levels import coarser, finer, refinement, setting_key, thresholds
 from comparison.accuracy.refine import usable_table
 from comparison.accuracy.uncertainty import WINDOW, in_clearances, shifted
@@ -16,7 +14,7 @@ from comparison.execution.run import Job, Outcome, Progress, describe
 from comparison.execution.sides import Run, Side, SolverError
 from comparison.scene import Scene
 from comparison.tables.arguments import as_source
-from comparison.tables.channels import Array, expected, known_channels
+from comparison.tables.channels import expected, known_channels
 from comparison.tables.dialect import Source
 from comparison.tables.mapping import Mapping
 from comparison.verdict.pair import Demand, Pair, PairKeys, Solver, Solvers, Start
@@ -48,10 +46,6 @@ class LinkagePair(Pair):
         for _ in range(abs(run.level)):
             scene = (finer if run.level > 0 else coarser)(model, scene) or scene
         return Job(shifted(scene, dict(zip(self.keys.start.states, run.start, strict=True))), model)
-
-    def _columns(self, run: Run) -> dict[str, Array]:
-        """Return also the states that are no columns: how the block of a guide lies in its clearance."""
-        return dict.fromkeys(self.keys.start.states, np.zeros(1)) | super()._columns(run)
 
     def _results(self, runs: Sequence[Run], on_progress: Progress) -> list[Source | SolverError]:
         jobs = [self.job(run) for run in runs]
