@@ -49,7 +49,7 @@ STEPS_IN_TURN, STEPS = 50_000, 100_000
 ENERGIES = ("kinetic", "gravity", "drive", "spring", "contact", "damping", "friction", "load", "residual")
 DEG, N_M = Unit("deg"), Unit("N m")
 CORNERS = (".ll", ".lr", ".ul", ".ur")
-"""Ends of the names of contacts of a guide: corners of its block, lower and upper along it, left and right."""
+"""Ends of the names of a guide's contacts: corners of the block, lower and upper along it, left and right."""
 
 
 def _on_axis(value: object) -> object:
