@@ -301,7 +301,8 @@ def plan(scene: Scene, model: str) -> Plan:
         sizes, left = (own["coordinates"], own["constraints"]), (("tight tier", "it is the press's"),)
         beside = " besides the drive" if "speed_rpm" in scene.data["drive"] else ""
         note = f"degrees of freedom{beside}: {own['freedom']}"
-        parts = own["formulation"], tuple(own["bodies"]), (), *sizes, note, (), "", left, None, ()
+        bodies, contacts = tuple(own["bodies"]), tuple(own.get("contacts", ()))
+        parts = own["formulation"], bodies, (), *sizes, note, contacts, "", left, None, ()
         return Plan(model, *parts, own.get("start", {}))
     key, instead = f"solver.{model}.formulation", []
     for name in formulations(model, scene.data):
