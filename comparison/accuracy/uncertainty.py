@@ -22,7 +22,8 @@ whole: kappa is 1. With more runs M_i of the same setting from moved starts
 (`comparison.verdict.confirmation`), u is never below :math:`F_e \max_i \max_{W(t)} |S - M_i|`.
 
 Contacts are shorter than the distance of samples: that all runs have no force at one shows little. Where a
-corner's force is zero and its gap within u of zero, u of the force is at least the largest force of the run.
+corner's force is zero and its gap within u of zero, u of the force is at least the largest force of the run,
+and so of the journal of a linkage.
 """
 
 from collections.abc import Mapping, Sequence
@@ -201,10 +202,17 @@ def model_uncertainty(
     )
     floor = round_off(base, time, runs.base.known[name].round_off, learnt)
     u = uncertainty(levels, windows(time, WINDOW * period), floor, whole=learnt is not None)
-    gap = runs.base.known[name].follows or ""
-    if gap.endswith("_gap") and gap in runs.base.names:
-        near = model_uncertainty(runs, gap, period, ensemble, every, learnt)
-        touching = (base == 0.0) & (np.abs(values(runs.base, gap)) <= near)
+    channel = runs.base.known[name]
+    gap = channel.follows or ""
+    # Of a linkage's journal the eccentricity, which is its clearance where it touches.
+    axes = [gap, f"{gap[:-1]}y"] if channel.group == "contacts" and gap.endswith(".x") else [gap]
+    if gap in runs.base.names and (len(axes) > 1 or gap.endswith("_gap")):
+        errors = [model_uncertainty(runs, axis, period, ensemble, every, learnt) for axis in axes]
+        closed = 0.0 if len(axes) == 1 else runs.base.known[gap].given
+        open_ = np.abs(np.hypot.reduce([values(runs.base, axis) for axis in axes]) - closed)
+        touching = (base == 0.0) & (
+            open_ <= np.hypot.reduce([error for error in errors if error is not None])
+        )
         u = np.where(touching, np.maximum(u, so_far(np.abs(base), learnt)), u)
     return u
 

@@ -244,7 +244,8 @@ def _attempt(job: Job, progress: Progress | None) -> Outcome:
         result = load(job.model)(deepcopy(scene.data), progress=progress)
         table = Table.from_result(result)
         if result.status == "success":
-            check(table, expected(scene.data), (0.0, scene.duration), name=f"the {job.model} run")
+            own = replace(table, provenance=table.provenance | {"scene": scene.data})
+            check(own, expected(scene.data), (0.0, scene.duration), name=f"the {job.model} run")
         if job.dense:
             table = at_own_samples(table, job.scene)
         if result.status != "success":
@@ -325,10 +326,11 @@ def quality_warnings(table: Table) -> list[str]:
     """Return one line for each quality check that a finished run fails."""
     lines = []
     if (steps := steps_per_contact(table)) < FEW_STEPS:
+        tree = ", or use solver.exudyn.formulation = 'tree'"
         lines.append(
             f"half of its contacts, weighted by force, last less than {number(steps, 2)} steps; accurate "
-            f"impulses require at least {FEW_STEPS:g}: reduce solver.exudyn.step, or use "
-            "solver.exudyn.formulation = 'tree'"
+            f"impulses require at least {FEW_STEPS:g}: reduce solver.exudyn.step"
+            f"{tree * ('body' not in table.provenance.get('scene', {}))}"
         )
     if (share := energy_share(table)) > MUCH_ENERGY:
         lines.append(f"spurious energy is {percent(share)} of the dissipated energy: refine the solver")

@@ -29,7 +29,7 @@ RUNS, ROWS = "runs", "rows"
 LARGEST = 1_000_000_000
 """Largest size of a stored result, bytes."""
 Row = dict[str, Any]
-_COLUMNS, _TEXTS = ("pulses", "cycle_extrema"), {"corner": "U3"}
+_COLUMNS, _TEXTS = ("pulses", "cycle_extrema"), {"corner": "U53"}
 _LOG = logging.getLogger(__name__)
 _SUM = hashlib.sha256().digest_size
 

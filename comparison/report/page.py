@@ -8,12 +8,12 @@ import hashlib
 import re
 import subprocess
 from cmath import rect
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from itertools import count
-from math import degrees, isnan, radians, sqrt
+from math import ceil, degrees, isnan, radians, sqrt
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -108,6 +108,7 @@ def code_version(file: Path) -> str:
 
 _SLIDER = (448.0, 172.0, 70.0, 118.0)  # centre (x, y), width and height of the enlarged slider
 _GAP = 18.0  # width of the clearance in the drawing
+_INSET = 7.0  # width of an enlarged clearance of a linkage
 _LEFT, _TOP, _WIDTH, _HEIGHT = 16.0, 34.0, 300.0, 250.0  # drawing of the press
 
 
@@ -232,14 +233,31 @@ def linkage_drawing(scene: SceneComparison) -> dict[str, Any] | None:
         scale=scale,
         sliders={guide["body"] for guide in data["guide"].values()},
         springs=len(springs),
+        insets=[*_insets(data, start)],
+        height=330 + 120 * ceil(len(scene.ran.loose) / 5),
     )
     caption = f"{', '.join(data['body'])} at the start, from the run by {scene.labels[0]}."
+    caption += " Below, its clearances enlarged." if scene.ran.loose else ""
     return {
         "svg": Markup(drawing.replace("\n", "")),
         "caption": caption,
         "alt": f"Drawing of the linkage: {caption}",
         "geometry": {"bodies": start, "springs": springs, "view": [scale, left, top]},
     }
+
+
+def _insets(data: Mapping[str, Any], start: Mapping[str, Sequence[float]]) -> Iterator[dict[str, Any]]:
+    """Yield places and shapes of the enlarged clearances of a linkage, px: each gap is equally wide."""
+    for n, (name, own) in enumerate(data.get("clearance", {}).items()):
+        magnified, offset, guide = _INSET / own["size"], own["offset"], data["guide"].get(name)
+        inset = {"x": 60 + 120 * (n % 5), "y": 370 + 120 * (n // 5), "words": f"{name}: {_mm(own['size'])}"}
+        if guide is None:
+            yield inset | {"shift": (magnified * offset[0], -magnified * offset[1]), "block": None}
+            continue
+        length, width, tilt = own["length"], own["width"], -magnified * own["tilt_deg"]
+        scale = min(80.0 / length, 36.0 / width)  # of the block; displacements are magnified
+        inset |= {"turned": -guide["direction_deg"] - degrees(start[guide["on"]][2]), "tilt": tilt / scale}
+        yield inset | {"shift": -magnified * offset, "block": (scale * length, scale * width), "gap": _INSET}
 
 
 def _mm(metres: float) -> str:

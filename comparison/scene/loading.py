@@ -129,13 +129,16 @@ class Scene:
 
     @cached_property
     def loose(self) -> tuple[str, ...]:
-        """The joints with clearance, of "crank_pin" and "slider"."""
-        joints = self.data.get("joints", {})
+        """The joints with clearance, of a linkage in its order, else of "crank_pin" and "slider"."""
+        if self.is_linkage:
+            return tuple(self.data.get("clearance", ()))
+        joints = self.data["joints"]
         return tuple(joint for joint in JOINTS if joints.get(joint) == "clearance")
 
     def clearance(self, joint: str) -> float:
         """Return the clearance of a joint, m; 0 where it is ideal."""
-        return float(self.data["clearance"][joint]) if joint in self.loose else 0.0
+        size: Any = self.data["clearance"][joint] if joint in self.loose else 0.0
+        return float(size["size"] if self.is_linkage else size)
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from comparison.files import json_text
 from comparison.formatting import spans
 from comparison.scene import Scene, SceneError, scene_from_mapping
-from comparison.tables.channels import CONTACTS, Array, BoolArray, Channel, is_uncertainty, known_channels
+from comparison.tables.channels import Array, BoolArray, Channel, is_uncertainty, known_channels, places
 
 Columns = dict[str, NDArray[Any]]
 
@@ -172,7 +172,8 @@ def _faults(table: Table, channels: Sequence[str], span: tuple[float, float] | N
         yield f"truncated: it spans {own} and must span {wanted}"
     events = pd.DataFrame({"start": [], "end": []}) if table.events is None else table.events
     if len(events):
-        yield from _event_faults(events, time[0], time[-1], 0.5 * float(np.median(steps)))
+        among = places(table.provenance.get("scene") or {})
+        yield from _event_faults(events, among, time[[0, -1]], 0.5 * float(np.median(steps)))
     for name in ("pulses", "cycle_extrema"):
         yield from (f"its {fault}" for fault in _array_faults(name, getattr(table, name) or {}))
     row = (table.pulses or {"row": np.empty(0)})["row"]
@@ -188,11 +189,12 @@ def _number_faults(channel: str, column: pd.Series) -> Iterator[str]:
         yield f"{channel} is {column.tolist()[n]!r} in data row {n + 1}, and {rule}"
 
 
-def _event_faults(events: pd.DataFrame, begin: float, stop: float, slack: float) -> Iterator[str]:
+def _event_faults(events: pd.DataFrame, among: Sequence[str], span: Array, slack: float) -> Iterator[str]:
+    begin, stop = span
     if missing := [column for column in ("corner", "start", "end", *_MEASURES) if column not in events]:
         yield f"its events have no column {missing[0]}"
-    for n in _first(~events["corner"].isin(list(CONTACTS)).to_numpy()):
-        yield f"contact at {events['corner'].tolist()[n]!r}, which is none of {', '.join(CONTACTS)}"
+    for n in _first(~events["corner"].isin(among).to_numpy()):
+        yield f"contact at {events['corner'].tolist()[n]!r}, which is none of {', '.join(among)}"
     columns = {name: _numbers(events[name]) for name in ("start", "end", *_MEASURES)}
     for name, values in columns.items():
         for n in _first(~np.isfinite(values) | ((values < 0.0) & (name in _MEASURES))):

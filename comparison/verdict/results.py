@@ -28,6 +28,7 @@ from comparison.metrics import (
     rms,
     scaled,
     time_shares,
+    touched,
     tube_distance,
 )
 from comparison.reliability.assessment import ReliabilityComparison
@@ -508,7 +509,7 @@ class SceneComparison:
         corners = self.scene is None or (
             self.scene["joints"]["slider"] == "clearance" and self.scene["contact"]["law"] != "foundation"
         )
-        if not corners or not self.time.size:
+        if not corners or not self.time.size or not {*touched(*self.events)} <= {*CONTACTS}:
             return None, None
         span = float(self.time[0]), float(self.time[-1])
         first, second = (None if events is None else time_shares(events, span) for events in self.events)
@@ -520,8 +521,9 @@ class SceneComparison:
 
         A contact is predictable where its corner's gap is, or x where the tables hold no gaps.
         """
-        x = self.channels.get("slider_x")
-        decisive = {place: self.channels.get(f"corner_{place}_gap", x) for place in CONTACTS}
+        places, gaps = [*CONTACTS, *touched(*self.events)], ("corner_{}_gap", "{}_gap", "{}.x", "slider_x")
+        known = {place: [self.channels.get(gap.format(place)) for gap in gaps] for place in places}
+        decisive = {place: next(filter(None, of_place), None) for place, of_place in known.items()}
         predictable = {place: c.predictable for place, c in decisive.items() if c and c.u is not None}
         return impacts_of(*self.events, time=self.time, period=self.period, predictable=predictable)
 
