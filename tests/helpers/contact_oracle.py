@@ -396,7 +396,8 @@ class Bodies:
                     speeds.append((k + ("vx", "vy", "omega").index(key), value))
         given = [(k, math.radians(value) if k % 3 == 2 else value) for k, value in given]
         for body, row in [*scene["guess"].items(), *scene["initial"].items()]:
-            pose[3 * self.place[body] + 2] = math.radians(row.get("angle_deg", 0.0))
+            if "angle_deg" in row:
+                pose[3 * self.place[body] + 2] = math.radians(row["angle_deg"])
         value, rows, change, _ = self.constraints(names, 0.0, pose, zero)
         flat = [k for k in range(n) if k % 3 < 2]
         pose[flat] -= np.linalg.lstsq(rows[:, flat], value, rcond=None)[0]
