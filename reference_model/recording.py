@@ -148,6 +148,19 @@ def top(values: Array) -> float:
 
 
 @inlined
+def find_top(model: Model, run: Run, t: float, h: float, place: int) -> float:
+    """Return the share of the step from `t` of `h` (s) at which one of the flattened `Run.peaks` is."""
+    k, force, nodes = place // 2, place % 2, run.nodes
+    touches = nodes.touches[POINT]
+    for j in range(PARTS):
+        share = 0.25 * j
+        dense(share, nodes.y.shape[1], nodes.y, run.f)
+        evaluate_nodes(model, t + share * h, 0.0, POINT, POINT, run.modes, nodes)
+        run.parts[j] = normal_force(model.contacts, touches, k) if force else -touches[k].gap
+    return top(run.parts)
+
+
+@inlined
 def record_peaks(model: Model, run: Run, t: float, h: float) -> None:
     """Record the step from `t` to t + h (s, in the cycle) where a depth or a force is largest within it.
 
