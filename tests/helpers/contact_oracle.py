@@ -169,7 +169,9 @@ def solve(system, grid=None, tolerance=1e-13, contacts=math.inf):
     for contact, impulse in zip(system.contacts, march.sums[3:], strict=True):
         if contact.impact:
             contact.switch(look.t, 0, 0, impulse)
-    events = sorted((event for c in system.contacts for event in c.events), key=lambda e: round(e["start"], 12))
+    events = sorted(
+        (event for c in system.contacts for event in c.events), key=lambda e: round(e["start"], 12)
+    )
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}, events
 
 
@@ -184,7 +186,9 @@ class Bodies:
         self.pins = {name: self.ends(pin) for name, pin in scene["pin"].items()}
         self.guides = {}
         for name, row in scene["guide"].items():
-            direction, angle = (cmath.exp(1j * math.radians(row[key])) for key in ("direction_deg", "angle_deg"))
+            direction, angle = (
+                cmath.exp(1j * math.radians(row[key])) for key in ("direction_deg", "angle_deg")
+            )
             point = complex(*row["point"]) - self.middle(row["on"])
             ends = self.place[row["body"]], self.place[row["on"]]
             self.guides[name] = *ends, point, direction, angle, math.radians(row["angle_deg"])
@@ -232,7 +236,11 @@ class Bodies:
                 bias += [dot(normal, w[on] ** 2 * (arm - across)) + 2 * dot(1j * w[on] * normal, moved), 0]
         change, rows = [0.0] * len(value), rows[:, :-3]
         if self.rate:
-            value, change, bias = [*value, pose[self.driven] - self.angle - self.rate * t], [*change, -self.rate], [*bias, 0]
+            value, change, bias = (
+                [*value, pose[self.driven] - self.angle - self.rate * t],
+                [*change, -self.rate],
+                [*bias, 0],
+            )
             rows = np.vstack([rows, np.eye(len(pose))[self.driven]])
         return np.array(value), rows, np.array(change), np.array(bias)
 
@@ -252,8 +260,19 @@ class Bodies:
             k = 3 * self.place[body] + 2
             pose[k] = math.radians(row["angle_deg"]) if "angle_deg" in row else pose[k]
         initial = [] if self.rate else scene["initial"].items()
-        given = [(divmod(keys.index(key), 3), 3 * self.place[body], value) for body, row in initial for key, value in row.items()]
-        given = [[(at + k, math.radians(value) if (k, order) == (2, 0) else value) for (o, k), at, value in given if o == order] for order in (0, 1)]
+        given = [
+            (divmod(keys.index(key), 3), 3 * self.place[body], value)
+            for body, row in initial
+            for key, value in row.items()
+        ]
+        given = [
+            [
+                (at + k, math.radians(value) if (k, order) == (2, 0) else value)
+                for (o, k), at, value in given
+                if o == order
+            ]
+            for order in (0, 1)
+        ]
         speeds = given[1] or [(k, 0.0) for k, _ in given[0]]
         flat = [k for k in range(n) if k % 3 < 2]
         value, rows, change, _ = self.constraints(0.0, pose, pose)
@@ -288,8 +307,17 @@ class Bodies:
             if not np.abs(pose - self.near).max() < 0.5:
                 raise LostError
         rows = self.constraints(t, pose, np.zeros(n))[1]
-        inverse, slope, drift, curved = np.linalg.inv(rows[:, bound]), np.zeros((n, len(free))), np.zeros(n), np.zeros(n)
-        slope[free], slope[bound], drift[bound] = np.eye(len(free)), -inverse @ rows[:, free], -inverse @ change
+        inverse, slope, drift, curved = (
+            np.linalg.inv(rows[:, bound]),
+            np.zeros((n, len(free))),
+            np.zeros(n),
+            np.zeros(n),
+        )
+        slope[free], slope[bound], drift[bound] = (
+            np.eye(len(free)),
+            -inverse @ rows[:, free],
+            -inverse @ change,
+        )
         velocity = slope @ dz + drift
         curved[bound] = -inverse @ self.constraints(t, pose, velocity)[3]
         self.near, self.slope = pose, slope
@@ -304,7 +332,10 @@ class Bodies:
                 along, across = CORNERS[corner]
                 tangent = direction * u[second]
                 normal = 1j * across * tangent
-                spot = complex(along * row["length"], across * row["width"]) / 2 * direction / angle * u[first] + c[first]
+                spot = (
+                    complex(along * row["length"], across * row["width"]) / 2 * direction / angle * u[first]
+                    + c[first]
+                )
                 at = spot - c[second] - u[second] * own
                 depth = dot(normal, at) - row["width"] / 2 - gap
             else:
@@ -361,9 +392,13 @@ class Bodies:
     def energies(self, look):
         scene = self.scene
         row = {"energy_kinetic": self.mass @ look.velocity**2 / 2}
-        row["energy_spring"] = sum(s["stiffness"] * (x - s["length"]) ** 2 / 2 for s, x, _ in self.springs(look))
+        row["energy_spring"] = sum(
+            s["stiffness"] * (x - s["length"]) ** 2 / 2 for s, x, _ in self.springs(look)
+        )
         gaps = zip(self.contacts, look.gaps, strict=True)
-        row["energy_contact"] = sum(c.force(*gap)[2] * gap[0] / (c.contact["exponent"] + 1) for c, gap in gaps)
+        row["energy_contact"] = sum(
+            c.force(*gap)[2] * gap[0] / (c.contact["exponent"] + 1) for c, gap in gaps
+        )
         if scene.get("load"):
             row["energy_load"] = push(scene["load"], look.pose[3 * self.place[scene["load"]["body"]] + 1])[1]
         return row
@@ -378,9 +413,13 @@ class Bodies:
         for k, name in enumerate(self.names):
             values = [x for part in (look.pose, look.velocity, acceleration) for x in part[3 * k : 3 * k + 3]]
             row |= {f"{name}.{key}": value for key, value in zip(keys, values, strict=True)}
-        carried = np.linalg.lstsq(self.constraints(look.t, look.pose, look.velocity)[1].T, look.carried, rcond=None)[0]
+        carried = np.linalg.lstsq(
+            self.constraints(look.t, look.pose, look.velocity)[1].T, look.carried, rcond=None
+        )[0]
         joints = dict(zip(self.tight, carried.reshape(-1)[: 2 * len(self.tight)].reshape(-1, 2), strict=True))
-        for contact, gap, (normal, slid, _), at, (across, along) in zip(self.contacts, look.gaps, forces, look.places, look.rows, strict=True):
+        for contact, gap, (normal, slid, _), at, (across, along) in zip(
+            self.contacts, look.gaps, forces, look.places, look.rows, strict=True
+        ):
             name, _, corner = contact.name.partition(".")
             total, prefix = slid * along - normal * across, contact.name + ("_" if corner else ".")
             row |= {prefix + "gap": -gap[0]} if corner else {prefix + "x": at.real, prefix + "y": at.imag}
@@ -432,14 +471,21 @@ class SliderCrank:
     def __init__(self, scene):
         self.scene, self.contacts = scene, contacts_of(scene)
         rods = [scene["body"][name] for name in ("crank", "rod")]
-        self.m, self.J = np.transpose([[body["mass"], body["inertia"]] for body in (*rods, scene["body"]["slider"])])
+        self.m, self.J = np.transpose(
+            [[body["mass"], body["inertia"]] for body in (*rods, scene["body"]["slider"])]
+        )
         (self.L1, self.c1), (self.L2, self.c2) = ((rod["length"], rod["centroid"][0]) for rod in rods)
         self.O, self.height = complex(*scene["pin"]["O"]["point"]), 1j * scene["guide"]["G"]["point"][1]
         self.loose, self.rate = "G" in scene["clearance"], scene["drive"].get("speed_rpm", 0.0) * math.pi / 30
         self.free = [1, 2] if self.rate else [0, 1, 2]
         self.angle = math.radians(scene["initial"]["crank"]["angle_deg"])
         omega = self.rate or scene["initial"]["crank"].get("omega", 0.0)
-        (row,), tip, end, moved = scene["clearance"].values(), self.O + self.L1 * cmath.exp(1j * self.angle), self.height, 0j
+        (row,), tip, end, moved = (
+            scene["clearance"].values(),
+            self.O + self.L1 * cmath.exp(1j * self.angle),
+            self.height,
+            0j,
+        )
         turned = 1j * omega * (tip - self.O)
         if self.loose:
             end, moved = end + 1j * row["offset"], 1j * row["offset_rate"]
@@ -490,7 +536,9 @@ class SliderCrank:
         else:
             S, I2 = m2 * (self.L2 - self.c2), J2 + m2 * (self.L2 - self.c2) ** 2
             M = np.array([[I1, 0, 0], [0, I2, S * math.sin(two)], [0, S * math.sin(two), m2 + m3]])
-            Q = np.array([-g * m1 * self.c1 * math.cos(one), g * S * math.cos(two), -S * math.cos(two) * w2**2])
+            Q = np.array(
+                [-g * m1 * self.c1 * math.cos(one), g * S * math.cos(two), -S * math.cos(two) * w2**2]
+            )
         Q[0] += drive_torque(self.scene["drive"], one)
         for (normal, slid, _), (row, along) in zip(forces, look.rows, strict=True):
             Q += slid * along - normal * row

@@ -3,6 +3,7 @@
 `scene(kind, i)` is the same at every call. Contacts follow after some milliseconds.
 """
 
+import copy
 import math
 import zlib
 
@@ -27,7 +28,24 @@ def scene(kind, i):
     loose = rng.choice(joints, min(len(joints), rng.integers(1, 4)), replace=False).tolist()
     moves = "speed_rpm" in drawn["drive"] or any("omega" in row for row in drawn["initial"].values())
     drawn["clearance"] = {name: clearance(rng, drawn, name, moves) for name in loose}
+    if i % 5 == 4:  # centred and at rest there
+        for row in drawn["clearance"].values():
+            row |= {
+                key: (0 * np.array(row[key])).tolist() for key in row if key.startswith(("offset", "tilt"))
+            }
     drawn["output"]["groups"] = ["accelerations", "joints", "contacts", "energy"]
+    return drawn
+
+
+def shorten(drawn, end, samples=40):
+    """Return a scene that ends there but for a divisor of its turn."""
+    drawn = copy.deepcopy(drawn)
+    if "speed_rpm" in drawn["drive"]:
+        per_cycle = max(2, round(60 / abs(drawn["drive"]["speed_rpm"]) / end * samples))
+        drawn["drive"]["cycles"], drawn["output"]["samples_per_cycle"] = samples / per_cycle, per_cycle
+    else:
+        drawn["output"] |= {"duration": end, "samples": samples}
+    drawn["solver"]["exudyn"]["step"] = end / samples / math.ceil(end / samples / 1e-6)
     return drawn
 
 
@@ -58,8 +76,11 @@ def laws(rng):
     contact |= {"restitution": rng.uniform(0.5, 1), "damping_model": rng.choice(models).item()}
     contact |= {"exponent": rng.choice([1.5, 1.5, 1.5, 1.2, 2.0]).item(), "impact_speed_floor": 1e-4}
     contact |= {"damping": 10 ** rng.uniform(1, 3), "damping_depth": 10 ** rng.uniform(-5, -4)}
-    if law == "adams-impact" and rng.random() < 0.5:
-        contact["stiffness"] = 10 ** rng.uniform(7, 9)
+    if law == "adams-impact":  # of no use there, hence as by default
+        contact |= {"restitution": 0.9, "damping_model": "lankarani-nikravesh"}
+        contact |= {"stiffness": 10 ** rng.uniform(7, 9)} if rng.random() < 0.5 else {}
+    else:
+        contact |= {"damping": 260.0, "damping_depth": 1e-5}
     friction = {"coefficient": rng.uniform(0.05, 0.3) if rng.random() < 0.5 else 0.0}
     return contact, friction | {"static_speed": 1e-3, "transition_speed": 1e-2}
 
