@@ -177,13 +177,13 @@ def test_the_page_of_the_paper_counts_what_its_tables_say(folder):
     )
     # One setting of the paper's solver in a small study: its errors are those of all.
     assert re.search(
-        rf"by setting, {gravity[1]} to {gravity[1]} \(chance .*\) and {none[1]} to {none[1]} \(", summary
+        rf"code's errors, {gravity[1]} to {gravity[1]} \(chance .*\) and {none[1]} to {none[1]} \(", summary
     )
     instants = pd.read_csv(beside / "instants.csv")
     peaks = instants[instants["random"].notna() & (instants["at"] > 0) & (instants["hypothesis"] == "none")]
     # The acceleration at 150 rpm is printed with either sign.
     assert len(peaks.drop_duplicates(["scene", "quantity"])) == 21
-    assert "of 20 printed instants of peaks" in summary
+    assert "of 20 printed peak instants" in summary
     shipped = forms.groupby("id")["median"].transform("first")  # of the same draws
     assert forms["change"].to_numpy() == pytest.approx((forms["median"] - shipped).to_numpy(), nan_ok=True)
 
