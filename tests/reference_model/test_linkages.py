@@ -507,6 +507,7 @@ def test_columns_come_in_order_and_by_groups():
         "coordinates": 6,
         "constraints": 4,
         "freedom": 2,
+        "contacts": [],
     }
 
 
