@@ -80,16 +80,13 @@ def check(
     """
     m, edge, scipy = p.mechanism, p.corners[0], p.method != "dop853"
     corner = 1.0 / m.m5 + (edge.x**2 + edge.y**2) / m.J5
-    bearing = 1.0 / m.m2 + m.Ls2**2 / m.J2
+    mobility = max(corner, 1.0 / m.m2 + m.Ls2**2 / m.J2)
     energy = ENERGY_BOUND * max(1.0, p.tolerance / USUAL_TOLERANCE)
     # The paper's surface contact has no potential; scipy's solvers do not control the error of the works.
     if scipy or any(each.law == PAPER_SWITCHING for each in p.contacts):
         energy = math.inf
-    contacts, numbers = (
-        dict(zip(p.contact_names, p.contacts, strict=True)),
-        (p.cycles * p.period, p.tolerance),
-    )
-    invariants = check_contacts(contacts, worst, events, *numbers, max(corner, bearing), energy, scipy)
+    contacts, duration = dict(zip(p.contact_names, p.contacts, strict=True)), p.cycles * p.period
+    invariants = check_contacts(contacts, worst, events, duration, p.tolerance, mobility, energy, scipy)
     if drift is not None:
         controlled = not scipy and min(p.alpha, p.beta) > 0.0 and max(p.alpha, p.beta) <= STIFF_GAIN
         most = DRIFT if controlled else UNCONTROLLED_DRIFT
@@ -116,10 +113,7 @@ def check_contacts(
     # A contact is met too late by this depth, m: scipy's solvers locate it to their tolerance.
     depth = 10.0 * tolerance if scipy else LOCATED
     # Friction rises from zero at v0, so a slip beyond v0 gives a driving power.
-    driving = max(
-        (each.c_f * force * excess / (each.v1 - each.v0) * (each.v0 + excess) for each in each_one),
-        default=0.0,
-    )
+    driving = [each.c_f * force * excess / (each.v1 - each.v0) * (each.v0 + excess) for each in each_one]
     pull = max((_pull(each, events, force, excess, depth) for each in each_one), default=0.0)
     rubbing = 1.0 + max((each.c_f for each in each_one), default=0.0)
     fastest = max(USUAL_ACCELERATION, rubbing * force * mobility)
@@ -131,7 +125,7 @@ def check_contacts(
     bounds = {
         "open-depth": (max(1e-11, depth), "m"),
         "pull": (pull, "N"),
-        "driving-friction": (driving, "W"),
+        "driving-friction": (max(driving, default=0.0), "W"),
         "start-gap": (max(1e-11, depth), "m"),
         "leaving-start": (np.sqrt(2.0 * fastest * depth), "m/s"),
     }

@@ -127,14 +127,19 @@ def _units(model: Linkage, size: float) -> tuple[Array, Array]:
 
 
 def _offsets(scene: Mapping[str, Any], rows: int) -> Array:
-    """Return what Phi and Phi' of the ideal joints are at the start, else 0, shape (2, rows)."""
+    """Return what Phi and Phi' of ideal joints are at the start, shape (2, rows); raise as `read_linkage`."""
     pins, guides, out = [*scene.get("pin", {})], [*scene.get("guide", {})], np.zeros((2, rows))
     for name, start in scene.get("clearance", {}).items():
         if name in pins:
             row, values = 2 * pins.index(name), np.negative([start["offset"], start["offset_rate"]])
+            reach = math.hypot(*start["offset"])
         else:
             row, tilt = rows - 2 * (len(guides) - guides.index(name)), math.radians(start["tilt_deg"])
             values = np.array([(start["offset"], tilt), (start["offset_rate"], start["tilt_rate"])])
+            reach = start["length"] * abs(math.sin(tilt)) + start["width"] * (abs(math.cos(tilt)) - 1.0)
+            reach = abs(start["offset"]) + 0.5 * reach
+        if reach > start["size"]:
+            raise ValueError(f"clearance.{name}: it is closed by {reach - start['size']:.2g} m at the start")
         out[:, row : row + 2] = values
     return out
 

@@ -225,6 +225,10 @@ def singular_time(assembly: Assembly, times: Array, y: Array, jacobians: Array) 
 
     Times (steps, PARTS + 1), states and Jacobians are those of whole steps.
     """
+    if len(times):  # short steps hardly change the Jacobian, nor by Weyl's inequality its singular values
+        moved = np.linalg.norm((jacobians - jacobians[0, 0]) * assembly.units, axis=(2, 3)).max()
+        if assembly.sigma(jacobians[0, 0]) - 2.0 * moved / assembly.smallest > LOCKING:
+            return math.inf
     sigma, size = assembly.sigma(jacobians), assembly.model.masses.size
     around = np.pad(sigma, ((0, 0), (1, 1)), constant_values=np.inf)
     lowest = (sigma <= around[:, :-2]) & (sigma <= around[:, 2:])
@@ -281,11 +285,9 @@ class Observation:
             self._groups |= {f"{contact}{word}": "contacts" for word in (*of, "normal", "friction")}
         self._groups |= {f"{joint}.{word}": "joints" for joint in what for word in what[joint]}
         self._groups |= dict.fromkeys([*drive, *(f"{spring}.force" for spring in self._springs)], "joints")
-        without = [] if loose else ["contact", "friction"]
-        without += [] if exists(model.load) else ["load"]
+        without = [*([] if loose else ["contact", "friction"]), *([] if exists(model.load) else ["load"])]
         self._groups |= {f"energy_{name}": "energy" for name in ENERGIES if name not in without}
-        groups = ("", *scene["output"]["groups"])
-        self.names = [name for name, group in self._groups.items() if group in groups]
+        self.names = [name for name, of in self._groups.items() if of in ("", *scene["output"]["groups"])]
         self.pulses = Pulses([*assembly.contacts.values()])
         self.extrema = Extrema(len(self.names), cycles, period)
         self.samples = [np.empty((1 + len(self.names), 0))]

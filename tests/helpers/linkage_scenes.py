@@ -107,10 +107,11 @@ def press(scene):
     joins += ("rod2.end", "rocker.centroid"), ("rocker.end", "rod4.start"), ("rod4.end", "slider.centroid")
     pin = {name: {"joins": [*ends]} for name, ends in zip("OAHBCF", joins, strict=True)}
     pin["H"]["point"] = m["rocker_pivot"]
+    line = p.mechanism.line_x if p.ideal_slider else m["guide_x"]
     at = {
         "body": "slider",
         "on": "frame",
-        "point": [m["guide_x"], 0.0],
+        "point": [line, 0.0],
         "direction_deg": 90.0,
         "angle_deg": 0.0,
     }
@@ -146,7 +147,7 @@ def press(scene):
     )
 
 
-NAMES = {"pin": "A", "crank_torque": "drive.torque"}
+NAMES = {"guide_moment": "G.moment", "pin": "A", "crank_torque": "drive.torque"}
 """Names in the linkage of what the press calls otherwise: channels and contacts."""
 NAMES |= {
     f"slider_{word}": f"slider.{word}"

@@ -38,8 +38,8 @@ def test_the_published_slider_crank_first_touches_with_two_corners_at_once():
 PRESS = {
     "slider": ("multiplier", {}, 0.5),
     "adams-impact": ("multiplier", {"contact.law": "adams-impact"}, 0.5),
-    "pin": ("minimal", {"joints.crank_pin": "clearance", "joints.slider": "ideal"}, 0.04),
-    "both": ("minimal", {"joints.crank_pin": "clearance", "initial.slider_angle": 1e-4}, 0.04),
+    "pin": ("minimal", {"joints.crank_pin": "clearance", "joints.slider": "ideal"}, 0.03),
+    "both": ("minimal", {"joints.crank_pin": "clearance", "initial.slider_angle": 1e-4}, 0.03),
 }
 
 
@@ -69,10 +69,14 @@ def test_the_press_as_a_linkage_moves_as_the_press(case):
     before = exact.columns["time"] < min(events["start"][0], own["start"][0])
     assert before.sum() > 5
     for name, values in exact.columns.items():
-        if name == "time" or name == "energy_residual":
+        if name in ("time", "energy_residual") or np.ptp(values) < 1e-12:  # of an ideal slider
             continue
+        if name == "guide_force":  # along -x
+            name, values = "G.force", -values
         theirs, scale = simulated.columns[NAMES.get(name, name)], np.ptp(values) or 1.0
-        np.testing.assert_allclose(theirs[before], values[before], atol=1e-12 * scale, rtol=0, err_msg=name)
+        # Coordinates of 0.55 m round at 1e-16 m
+        bound = 1e-12 * scale + 2e-15
+        np.testing.assert_allclose(theirs[before], values[before], atol=bound, rtol=0, err_msg=name)
         np.testing.assert_allclose(theirs, values, atol=1e-3 * scale, rtol=0, err_msg=name)
 
 
@@ -239,5 +243,9 @@ def test_channels_come_in_the_order_of_the_clearances():
     pin = [f"B.{word}" for word in ("x", "y", "normal", "friction")]
     assert names == [*bodies, *corners, *pin, *(f"energy_{name}" for name in energies)]
     assert simulate.plan(scene)["contacts"] == ["G.ll", "G.lr", "G.ul", "G.ur", "B"]
+    deep = {"B": loose_pin(1e-4, offset=[8e-5, 8e-5])}, {"G": loose_guide(1e-3, 0.1, 0.05, tilt_deg=1.5)}
+    for clearance in deep:
+        with pytest.raises(ValueError, match=r"^clearance.[BG]: it is closed by .* m at the start$"):
+            simulate.check(scene | {"clearance": clearance})
     with pytest.raises(ValueError, match=r"^clearance.B.contact.law = 'foundation' is not simulated"):
         simulate.check(scene | {"clearance": {"B": loose_pin(1e-4, {"law": "foundation"})}})

@@ -511,6 +511,7 @@ def test_columns_come_in_order_and_by_groups():
             body: pytest.approx([result.columns[f"{body}.{part}"][0] for part in ("x", "y", "angle")])
             for body in ("upper", "lower")
         },
+        "contacts": [],
     }
 
 
