@@ -218,6 +218,16 @@ def code_hash(*modules: str, root: Path = ROOT) -> str:
 
 
 @cache
+def package_hash() -> str:
+    """Return the hash of all files of the comparison, comments included, and of what it computes with."""
+    names = ("pandas", "matplotlib", *_LIBRARIES)
+    total = hashlib.sha256(repr((sys.version, *map(_version, names))).encode())
+    for place, path in sorted(_files("comparison").items()):
+        total.update(f"{place}\0".encode() + hashlib.sha256(path.read_bytes()).digest())
+    return total.hexdigest()
+
+
+@cache
 def closure(module: str, root: Path = ROOT) -> frozenset[Path]:
     """Return the files of a module, of all that it imports of its package, and of the data that these read.
 

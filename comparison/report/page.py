@@ -8,9 +8,10 @@ import hashlib
 import re
 import subprocess
 from cmath import rect
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from itertools import count
 from math import degrees, isnan, radians, sqrt
@@ -22,10 +23,11 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
+from comparison.execution.store import fetch_file, hash_of, keep_file
 from comparison.files import write_text
 from comparison.formatting import NO_BREAK, number, percent, pretty_unit, quantity
 from comparison.metrics import WINDOW
-from comparison.models import platform_name
+from comparison.models import package_hash, platform_name
 from comparison.regression.check import Check, Gate
 from comparison.reliability.assessment import MARGIN
 from comparison.report import svg, tables
@@ -319,11 +321,15 @@ def render(
         ratio_of=lambda channel: "" if channel is None or isnan(channel.ratio) else number(channel.ratio, 2),
         percent_of=lambda share: "" if isnan(share) else percent(share),
         card_of=verdicts.card,
-        channel_figure=channel_figure,
+        channel_figure=lambda tier, channel, key: _stored(
+            tier, [channel.channel, key], partial(channel_figure, tier, channel, key)
+        ),
         schematic=schematic,
         linkage_drawing=linkage_drawing,
         by_severity=lambda scene: sorted(scene.tiers, key=lambda tier: -rank(tier.verdict)),
-        plots_of=lambda tiers: [(tier.tier, text) for tier in tiers if (text := scene_plots(tier))],
+        plots_of=lambda tiers: [
+            (tier.tier, text) for tier in tiers if (text := _stored(tier, [], partial(scene_plots, tier)))
+        ],
         drawn=_drawn,
         shown=shown,
         sections=_sections,
@@ -361,6 +367,17 @@ def anchors(names: Sequence[str]) -> list[str]:
         ids.append(next(each for each in numbered if each not in given))
         given.add(ids[-1])
     return ids
+
+
+def _stored(tier: SceneComparison, part: list[str], draw: Callable[[], str]) -> Markup:
+    """Return a drawing, of models' runs the stored one where an equal comparison was drawn before."""
+    if tier.ran is None or not tier.channels:
+        return Markup(draw())
+    key = hash_of([tier.hash, *part, package_hash()])
+    if (content := fetch_file(key)) is None:
+        content = draw().encode()
+        keep_file(key, content)
+    return Markup(content.decode())
 
 
 def _drawn(tier: SceneComparison) -> ChannelComparison | None:

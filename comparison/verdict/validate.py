@@ -16,7 +16,15 @@ from comparison.accuracy.levels import TIERS, thresholds, tight, with_declared
 from comparison.accuracy.refine import chosen_settings, families, runs_by_model, usable_table
 from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import Job, Outcome, Progress, RunError, dense_scene, failure, run_all
-from comparison.models import MODELS, EngineError, distinct_models
+from comparison.execution.store import fetch, hash_of, keep
+from comparison.models import (
+    MODELS,
+    EngineError,
+    distinct_models,
+    fingerprint,
+    package_hash,
+    platform_name,
+)
 from comparison.reliability.assessment import ReliabilityComparison, compare_reliability, ideal_scenes
 from comparison.scene import Scene, SceneError, as_scene
 from comparison.tables.arguments import Options
@@ -107,9 +115,13 @@ def validate(
     >>> result.comparison.verdict, result.comparison.reliability.verdict
     ('agree', 'agree')
     """
+    crashed = False
 
     def start(jobs: Sequence[Job]) -> list[Outcome]:
-        return run_all(jobs, n_jobs, on_progress)
+        nonlocal crashed
+        outcomes = run_all(jobs, n_jobs, on_progress)
+        crashed |= any(outcome.status == "crashed" for outcome in outcomes)
+        return outcomes
 
     several: Iterable[Any] = [scenes]
     if isinstance(scenes, Iterable) and not isinstance(scenes, str | Mapping):
@@ -123,14 +135,26 @@ def validate(
     work: dict[str, Any] = {"n_jobs": n_jobs, "tiers": [tiers] if isinstance(tiers, str) else list(tiers)}
     _Work(**work)
     cases = [case for scene in checked for case in _cases(scene, (first, second), accuracy, tiers, start)]
+    # All that can change a comparison
+    code = [fingerprint(first), fingerprint(second), package_hash(), platform_name()]
+    keys = [
+        hash_of([case.scene, case.tier, case.models, case.command, case.closer_command, code])
+        for case in cases
+    ]
+    for n, (case, key) in enumerate(zip(cases, keys, strict=True)):
+        if type(case) is Case and (known := fetch(key)) is not None:
+            cases[n] = StoredCase(case.scene, case.tier, case.models, start, comparison=known)
     outcomes = iter(start([job for case in cases for jobs in case.jobs for job in jobs.values()]))
     results: list[Validation] = []
-    for case in cases:
+    for case, key in zip(cases, keys, strict=True):
         own, dense, ideal = ({which: next(outcomes) for which in jobs} for jobs in case.jobs)
         result = case.judge(own)
         if result.runs:
             reliability = case.reliability(own | dense, ideal)
             result = replace(result, comparison=replace(result.comparison, reliability=reliability))
+            # Not where a process died: another time it may not.
+            if type(case) is Case and not crashed and not (reliability and reliability.missing):
+                keep(key, result.comparison)
         if case.tier == "tight":
             standard = results.pop()
             result = Validation(
@@ -266,6 +290,38 @@ class Case:
         except TableError as error:
             return ReliabilityComparison(settings, missing=error)
         return ReliabilityComparison(settings, quantities)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoredCase(Case):
+    """A scene whose comparison is stored, with its reliability."""
+
+    comparison: SceneComparison
+
+    @cached_property
+    def jobs(self) -> tuple[Jobs, Jobs, Jobs]:
+        """The runs of its `Validation`: those of the settings at which it was judged."""
+        dense = not self.comparison.refined
+        own = {which: replace(job, dense=dense and job.model in MODELS) for which, job in self.own.items()}
+        return own if self.tier == "standard" else {}, {}, {}
+
+    @cached_property
+    def own(self) -> Jobs:
+        """Runs with the samples of the scene."""
+        return families(self.comparison.ran or self.scene, self.models)
+
+    def judge(self, outcomes: Outcomes) -> Validation:
+        """Return the comparison with its runs."""
+        if failed := unusable(outcomes):
+            return self.failure(failed)
+        ran = self.comparison.ran or self.scene
+        runs = runs_by_model(ran, self.models, outcomes) if outcomes else ()
+        return Validation(self.comparison, dict(zip(self.models, runs, strict=False)))
+
+    def reliability(self, dense: Outcomes, ideal: Outcomes) -> ReliabilityComparison | None:
+        """Return that of the comparison."""
+        del dense, ideal
+        return self.comparison.reliability
 
 
 class LinkageCase(Case):
