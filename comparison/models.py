@@ -183,7 +183,7 @@ def fingerprint(name: str) -> str:
     Of models of other packages the versions of all installed distributions count. Other inputs (a program
     that a model starts, a file in the user's folder) are not detected.
     """
-    point = find(name)
+    point = OWN.get(name) or find(name)
     total = hashlib.sha256(point.value.encode())
     for place, path in sorted(_files(point.module.partition(".")[0]).items()):
         total.update(f"{place}\0{file_hash(path)}\0".encode())
@@ -276,6 +276,7 @@ class _WithoutTexts(ast.NodeTransformer):
         return None if is_text else node
 
 
+@cache
 def _version(package: str) -> str:
     try:
         return version(package)

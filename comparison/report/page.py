@@ -391,11 +391,12 @@ def _without_contact(scene: SceneComparison) -> bool:
 
 def _sections(scene: SceneComparison) -> list[tuple[str, str]]:
     """Return ids and names of the sections that a scene has."""
+    touching = any(events is not None and len(events) for events in scene.events)
     sections = {
         "plots": ("Plots", any(map(shown, scene.tiers))),
         f"{scene.tier}-why": ("Why", True),
         f"{scene.tier}-channels": ("Channels", scene.channels),
-        "contacts": ("Contacts", tables.contact_table(scene) or _without_contact(scene)),
+        "contacts": ("Contacts", touching or _without_contact(scene)),
         "reliability": ("Reliability", any(tier.reliability for tier in scene.tiers)),
         "runs": ("Runs", any(tier.provenance for tier in scene.tiers)),
     }
