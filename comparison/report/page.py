@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
 from functools import partial
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from itertools import count
 from math import degrees, isnan, radians, sqrt
@@ -21,9 +22,8 @@ from typing import Any, NamedTuple
 import jinja2
 import numpy as np
 from markupsafe import Markup
-from matplotlib.figure import Figure
 
-from comparison.execution.store import fetch_file, hash_of, keep_file
+from comparison.execution.store import fetch, hash_of, keep
 from comparison.files import write_text
 from comparison.formatting import NO_BREAK, number, percent, pretty_unit, quantity
 from comparison.metrics import WINDOW
@@ -31,7 +31,6 @@ from comparison.models import package_hash, platform_name
 from comparison.regression.check import Check, Gate
 from comparison.reliability.assessment import MARGIN
 from comparison.report import svg, tables
-from comparison.report.figures import channel_figure
 from comparison.report.plots import FORCES, MOTION, scene_plots, shown, table_plots
 from comparison.tables.channels import channels, has_load
 from comparison.tables.table import Table, TableError
@@ -322,7 +321,7 @@ def render(
         percent_of=lambda share: "" if isnan(share) else percent(share),
         card_of=verdicts.card,
         channel_figure=lambda tier, channel, key: _stored(
-            tier, [channel.channel, key], partial(channel_figure, tier, channel, key)
+            tier, [channel.channel, key], partial(_figure, tier, channel, key)
         ),
         schematic=schematic,
         linkage_drawing=linkage_drawing,
@@ -374,10 +373,15 @@ def _stored(tier: SceneComparison, part: list[str], draw: Callable[[], str]) -> 
     if tier.ran is None or not tier.channels:
         return Markup(draw())
     key = hash_of([tier.hash, *part, package_hash()])
-    if (content := fetch_file(key)) is None:
-        content = draw().encode()
-        keep_file(key, content)
-    return Markup(content.decode())
+    if (drawing := fetch(key)) is None:
+        drawing = str(draw())
+        keep(key, drawing)
+    return Markup(drawing)
+
+
+def _figure(tier: SceneComparison, channel: ChannelComparison, key: str) -> str:
+    figures = import_module("comparison.report.figures")  # slow to import, and seldom needed twice
+    return str(figures.channel_figure(tier, channel, key))
 
 
 def _drawn(tier: SceneComparison) -> ChannelComparison | None:
@@ -522,6 +526,8 @@ def write_gate(gate: Gate, path: Path, *, command: str, lead: Sequence[str]) -> 
 
 def _gate_figure(check: Check, key: str) -> Markup:
     """Draw the current curve with the baseline's checkpoints, and below it their distance and threshold."""
+    from matplotlib.figure import Figure
+
     time, values = check.data["curve"]
     at, before, threshold, now = check.data["rows"].T
     distance, unit = np.abs(now - before), pretty_unit(check.data["unit"])

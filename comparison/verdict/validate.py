@@ -20,6 +20,7 @@ from comparison.execution.store import fetch, hash_of, keep
 from comparison.models import (
     MODELS,
     EngineError,
+    as_it_is,
     distinct_models,
     fingerprint,
     package_hash,
@@ -135,26 +136,23 @@ def validate(
     work: dict[str, Any] = {"n_jobs": n_jobs, "tiers": [tiers] if isinstance(tiers, str) else list(tiers)}
     _Work(**work)
     cases = [case for scene in checked for case in _cases(scene, (first, second), accuracy, tiers, start)]
-    # All that can change a comparison
-    code = [fingerprint(first), fingerprint(second), package_hash(), platform_name()]
+    # All that can change a result
+    code = [fingerprint(first, as_it_is), fingerprint(second, as_it_is), package_hash(), platform_name()]
     keys = [
         hash_of([case.scene, case.tier, case.models, case.command, case.closer_command, code])
         for case in cases
     ]
-    for n, (case, key) in enumerate(zip(cases, keys, strict=True)):
-        if type(case) is Case and (known := fetch(key)) is not None:
-            cases[n] = StoredCase(case.scene, case.tier, case.models, start, comparison=known)
-    outcomes = iter(start([job for case in cases for jobs in case.jobs for job in jobs.values()]))
+    known = [fetch(key) for key in keys]
+    waiting = [case for case, result in zip(cases, known, strict=True) if result is None]
+    outcomes = iter(start([job for case in waiting for jobs in case.jobs for job in jobs.values()]))
     results: list[Validation] = []
-    for case, key in zip(cases, keys, strict=True):
-        own, dense, ideal = ({which: next(outcomes) for which in jobs} for jobs in case.jobs)
-        result = case.judge(own)
-        if result.runs:
-            reliability = case.reliability(own | dense, ideal)
-            result = replace(result, comparison=replace(result.comparison, reliability=reliability))
-            # Not where a process died: another time it may not.
-            if type(case) is Case and not crashed and not (reliability and reliability.missing):
-                keep(key, result.comparison)
+    for case, key, result in zip(cases, keys, known, strict=True):
+        if result is None:
+            result = case.validate(*({which: next(outcomes) for which in jobs} for jobs in case.jobs))
+            reliability = result.comparison.reliability
+            # A process that died may live the next time.
+            if not (result.comparison.error or crashed or (reliability and reliability.missing)):
+                keep(key, result)
         if case.tier == "tight":
             standard = results.pop()
             result = Validation(
@@ -208,6 +206,20 @@ class Case:
     def own(self) -> Jobs:
         """Runs with the samples of the scene."""
         return families(self.scene, self.models)
+
+    def validate(self, own: Outcomes, dense: Outcomes, ideal: Outcomes) -> Validation:
+        """Compare the runs of the scene and, of these and the ideal ones, the reliabilities.
+
+        Of the runs are left those of the standard tier, at the samples of the scene.
+        """
+        result = self.judge(own)
+        if not result.runs:
+            return result
+        reliability, runs = self.reliability(own | dense, ideal), {}
+        for model, run in result.runs.items() if self.tier != "tight" else ():
+            tables = {kind: replace(table, dense=None) for kind, table in run.tables.items()}
+            runs[model] = Runs(**tables, refinement=run.refinement)
+        return Validation(replace(result.comparison, reliability=reliability), runs)
 
     def judge(self, outcomes: Outcomes) -> Validation:
         """Compare the runs of the scene, and settle what is open with further ones."""
@@ -290,38 +302,6 @@ class Case:
         except TableError as error:
             return ReliabilityComparison(settings, missing=error)
         return ReliabilityComparison(settings, quantities)
-
-
-@dataclass(frozen=True, kw_only=True)
-class StoredCase(Case):
-    """A scene whose comparison is stored, with its reliability."""
-
-    comparison: SceneComparison
-
-    @cached_property
-    def jobs(self) -> tuple[Jobs, Jobs, Jobs]:
-        """The runs of its `Validation`: those of the settings at which it was judged."""
-        dense = not self.comparison.refined
-        own = {which: replace(job, dense=dense and job.model in MODELS) for which, job in self.own.items()}
-        return own if self.tier == "standard" else {}, {}, {}
-
-    @cached_property
-    def own(self) -> Jobs:
-        """Runs with the samples of the scene."""
-        return families(self.comparison.ran or self.scene, self.models)
-
-    def judge(self, outcomes: Outcomes) -> Validation:
-        """Return the comparison with its runs."""
-        if failed := unusable(outcomes):
-            return self.failure(failed)
-        ran = self.comparison.ran or self.scene
-        runs = runs_by_model(ran, self.models, outcomes) if outcomes else ()
-        return Validation(self.comparison, dict(zip(self.models, runs, strict=False)))
-
-    def reliability(self, dense: Outcomes, ideal: Outcomes) -> ReliabilityComparison | None:
-        """Return that of the comparison."""
-        del dense, ideal
-        return self.comparison.reliability
 
 
 class LinkageCase(Case):
