@@ -178,11 +178,14 @@ def model_uncertainty(
     ensemble: Sequence[Table] = (),
     every: int = 1,
     learnt: int | None = None,
+    *,
+    near: Array | None = None,
 ) -> Array | None:
     """Evaluate u(t) for one channel of one model's runs, in its unit; None without a finer run.
 
     ``period`` is that of the motion, s; the ensemble has further runs at the base's setting and times from
-    moved starts; of ``every`` so many samples the first counts. ``learnt``: see `so_far`.
+    moved starts; of ``every`` so many samples the first counts. ``learnt``: see `so_far`. ``near`` is that of
+    the gap which the channel follows, if it is known.
     """
     if runs.finer is None:
         return None
@@ -203,7 +206,7 @@ def model_uncertainty(
     u = uncertainty(levels, windows(time, WINDOW * period), floor, whole=learnt is not None)
     gap = runs.base.known[name].follows or ""
     if gap.endswith("_gap") and gap in runs.base.names:
-        near = model_uncertainty(runs, gap, period, ensemble, every, learnt)
+        near = model_uncertainty(runs, gap, period, ensemble, every, learnt) if near is None else near
         touching = (base == 0.0) & (np.abs(values(runs.base, gap)) <= near)
         u = np.where(touching, np.maximum(u, so_far(np.abs(base), learnt)), u)
     return u

@@ -98,10 +98,13 @@ def inline_svg(figure: Figure, key: str) -> str:
     ``key``, unique on the page, tells its ids from another figure's, which matplotlib numbers alike.
     """
     import matplotlib as mpl
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     text = StringIO()
-    with mpl.rc_context({"svg.hashsalt": key}):
-        figure.savefig(text, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
+    with mpl.rc_context({"svg.hashsalt": key}):  # `Figure.savefig` would draw it twice
+        canvas = FigureCanvasSVG(figure)
+        kept_out = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+        canvas.print_svg(text, metadata=kept_out)  # type: ignore[no-untyped-call]
     svg = re.sub(r"<\?xml.*?\?>|<!DOCTYPE.*?>|<!--.*?-->", "", text.getvalue(), flags=re.DOTALL)
     svg = re.sub(r'<g id="[^"]*"', "<g", svg)  # matplotlib numbers them alike in every figure
     for role, colour in _ROLES.items():
