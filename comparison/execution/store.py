@@ -13,7 +13,7 @@ import shutil
 import time
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from enum import Enum
 from importlib import import_module
 from math import prod
@@ -156,21 +156,23 @@ def packed(value: Any) -> bytes:
 
     def plain(part: Any) -> Any:
         kind = type(part)
-        if part is None or kind in (bool, int, float, str):
+        if _is_record(kind):
+            return {f"{kind.__module__}:{kind.__name__}": plain(_fields(part))}
+        if part is None or isinstance(part, bool | int | float | str):
             return part
-        if kind is list:
-            return [plain(each) for each in part]
         if isinstance(part, np.generic):
             return part.item()
-        if kind is tuple:
+        if isinstance(part, list):
+            return [plain(each) for each in part]
+        if isinstance(part, tuple):
             return {"tuple": [plain(each) for each in part]}
-        if kind is dict:
-            return {"dict": [[name, plain(each)] for name, each in part.items()]}
-        if kind is np.ndarray:
+        if isinstance(part, Mapping):
+            return {"dict": [[plain(name), plain(each)] for name, each in part.items()]}
+        if isinstance(part, np.ndarray):
             return {"array": array(part)}
-        if kind is pd.DataFrame:
+        if isinstance(part, pd.DataFrame):
             return {"frame": [[name, array(part[name].to_numpy())] for name in part]}
-        return {f"{kind.__module__}:{kind.__name__}": plain(_fields(part))}
+        raise TypeError(f"{kind.__name__} cannot be stored")
 
     head = json.dumps(plain(value), separators=(",", ":")).encode()
     head += b" " * (-len(head) % _ALIGNED)
@@ -180,6 +182,12 @@ def packed(value: Any) -> bytes:
 def hash_of(value: Any) -> str:
     """Return the SHA-256 (hex) of a value that can be `packed`."""
     return hashlib.sha256(packed(value)).hexdigest()
+
+
+def _is_record(kind: Any) -> bool:
+    """Return whether a class is of this package and has nothing but data."""
+    known = isinstance(kind, type) and kind.__module__.startswith("comparison.")
+    return known and (issubclass(kind, Enum | BaseModel | tuple) or is_dataclass(kind))
 
 
 def _fields(record: Any) -> Any:
@@ -208,7 +216,9 @@ def unpacked(content: bytes) -> Any:
         if kind == "frame":
             return pd.DataFrame({name: array(*column) for name, column in value})
         module, _, name = kind.partition(":")
-        record = getattr(import_module(module), name)
+        record: Any = getattr(import_module(module), name) if module.startswith("comparison.") else None
+        if not _is_record(record):  # nothing else may be called
+            raise TypeError(f"{kind} cannot be stored")
         return record[value] if issubclass(record, Enum) else record(**value)
 
     return json.loads(content[_ALIGNED:begin], object_hook=part)
