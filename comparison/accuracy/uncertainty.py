@@ -217,11 +217,14 @@ def model_uncertainty(
     ensemble: Sequence[Table] = (),
     every: int = 1,
     learnt: int | None = None,
+    *,
+    near: Array | None = None,
 ) -> Array | None:
     """Evaluate u(t) for one channel of one model's runs, in its unit; None without a finer run.
 
     ``period`` is that of the motion, s; the ensemble has further runs at the base's setting and times from
-    moved starts; of ``every`` so many samples the first counts. ``learnt``: see `so_far`.
+    moved starts; of ``every`` so many samples the first counts. ``learnt``: see `so_far`. ``near`` is that of
+    the gap which the channel follows, if it is known.
     """
     if runs.finer is None:
         return None
@@ -245,7 +248,8 @@ def model_uncertainty(
     # Of a linkage's journal the eccentricity, which is its clearance where it touches.
     axes = [gap, f"{gap[:-1]}y"] if channel.group == "contacts" and gap.endswith(".x") else [gap]
     if gap in runs.base.names and (len(axes) > 1 or gap.endswith("_gap")):
-        errors = [model_uncertainty(runs, axis, period, ensemble, every, learnt) for axis in axes]
+        errors: list[Array | None] = [near] if near is not None and len(axes) == 1 else []
+        errors = errors or [model_uncertainty(runs, axis, period, ensemble, every, learnt) for axis in axes]
         closed = 0.0 if len(axes) == 1 else runs.base.known[gap].given
         open_ = np.abs(np.hypot.reduce([values(runs.base, axis) for axis in axes]) - closed)
         touching = (base == 0.0) & (

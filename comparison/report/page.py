@@ -8,9 +8,11 @@ import hashlib
 import re
 import subprocess
 from cmath import rect
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
+from functools import partial
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from itertools import count
 from math import ceil, degrees, isnan, radians, sqrt
@@ -20,16 +22,15 @@ from typing import Any, NamedTuple
 import jinja2
 import numpy as np
 from markupsafe import Markup
-from matplotlib.figure import Figure
 
+from comparison.execution.store import fetch, hash_of, keep
 from comparison.files import write_text
 from comparison.formatting import NO_BREAK, number, percent, pretty_unit, quantity
 from comparison.metrics import WINDOW
-from comparison.models import platform_name
+from comparison.models import package_hash, platform_name
 from comparison.regression.check import Check, Gate
 from comparison.reliability.assessment import MARGIN
 from comparison.report import svg, tables
-from comparison.report.figures import channel_figure
 from comparison.report.plots import FORCES, MOTION, scene_plots, shown, table_plots
 from comparison.tables.channels import channels, has_load
 from comparison.tables.table import Table, TableError
@@ -337,11 +338,15 @@ def render(
         ratio_of=lambda channel: "" if channel is None or isnan(channel.ratio) else number(channel.ratio, 2),
         percent_of=lambda share: "" if isnan(share) else percent(share),
         card_of=verdicts.card,
-        channel_figure=channel_figure,
+        channel_figure=lambda tier, channel, key: _stored(
+            tier, [channel.channel, key], partial(_figure, tier, channel, key)
+        ),
         schematic=schematic,
         linkage_drawing=linkage_drawing,
         by_severity=lambda scene: sorted(scene.tiers, key=lambda tier: -rank(tier.verdict)),
-        plots_of=lambda tiers: [(tier.tier, text) for tier in tiers if (text := scene_plots(tier))],
+        plots_of=lambda tiers: [
+            (tier.tier, text) for tier in tiers if (text := _stored(tier, [], partial(scene_plots, tier)))
+        ],
         drawn=_drawn,
         shown=shown,
         sections=_sections,
@@ -381,6 +386,22 @@ def anchors(names: Sequence[str]) -> list[str]:
     return ids
 
 
+def _stored(tier: SceneComparison, part: list[str], draw: Callable[[], str]) -> Markup:
+    """Return a drawing, of models' runs the stored one where an equal comparison was drawn before."""
+    if tier.ran is None or not tier.channels:
+        return Markup(draw())
+    key = hash_of([tier.hash, *part, package_hash()])
+    if (drawing := fetch(key)) is None:
+        drawing = str(draw())
+        keep(key, drawing)
+    return Markup(drawing)
+
+
+def _figure(tier: SceneComparison, channel: ChannelComparison, key: str) -> str:
+    figures = import_module("comparison.report.figures")  # slow to import, and seldom needed twice
+    return str(figures.channel_figure(tier, channel, key))
+
+
 def _drawn(tier: SceneComparison) -> ChannelComparison | None:
     """Return the channel of a scene to be drawn: the one that decides, else the first excited one."""
     return tier.worst_channel or next(iter(tier.excited.values()), None)
@@ -392,11 +413,12 @@ def _without_contact(scene: SceneComparison) -> bool:
 
 def _sections(scene: SceneComparison) -> list[tuple[str, str]]:
     """Return ids and names of the sections that a scene has."""
+    touching = any(events is not None and len(events) for events in scene.events)
     sections = {
         "plots": ("Plots", any(map(shown, scene.tiers))),
         f"{scene.tier}-why": ("Why", True),
         f"{scene.tier}-channels": ("Channels", scene.excited),
-        "contacts": ("Contacts", tables.contact_table(scene) or _without_contact(scene)),
+        "contacts": ("Contacts", touching or _without_contact(scene)),
         "reliability": ("Reliability", any(tier.reliability for tier in scene.tiers)),
         "runs": ("Runs", any(tier.provenance for tier in scene.tiers)),
     }
@@ -523,6 +545,8 @@ def write_gate(gate: Gate, path: Path, *, command: str, lead: Sequence[str]) -> 
 
 def _gate_figure(check: Check, key: str) -> Markup:
     """Draw the current curve with the baseline's checkpoints, and below it their distance and threshold."""
+    from matplotlib.figure import Figure
+
     time, values = check.data["curve"]
     at, before, threshold, now = check.data["rows"].T
     distance, unit = np.abs(now - before), pretty_unit(check.data["unit"])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum, auto
 from functools import cached_property
 from importlib import import_module
@@ -17,6 +17,7 @@ import pandas as pd
 from comparison.accuracy.levels import Thresholds
 from comparison.accuracy.uncertainty import combined
 from comparison.execution.run import Job
+from comparison.execution.store import hash_of
 from comparison.metrics import (
     Between,
     Impacts,
@@ -428,6 +429,11 @@ class SceneComparison:
         """Write the report, one HTML file, and return its path; an `OSError` if it cannot be written."""
         page = import_module("comparison.report.page")  # above this layer, and slow to import
         return Path(page.write_report([self], Path(path), title=self.title, command=self.command))
+
+    @cached_property
+    def hash(self) -> str:
+        """SHA-256 (hex) of all that a drawing can show of this tier."""
+        return hash_of(replace(self, tight=None, reliability=None, failed=None))
 
     @property
     def decisive(self) -> ChannelComparison | None:
