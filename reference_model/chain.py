@@ -97,7 +97,7 @@ def crank_pin_motion(
     return nx, ny, px, py, x + px, y + py
 
 
-def motion(model: Chain, t: float, i: int, nodes: Nodes) -> None:
+def motion(model: Chain, t: float, i: int, modes: Records, nodes: Nodes) -> None:
     """Write gaps, rates and slips of a state."""
     m, contacts, touches = model.mechanism, model.contacts, nodes.touches[i]
     rod2, rocker, rod4, angle, w5, _, _ = rods(model, nodes.y[i])

@@ -41,8 +41,8 @@ REACHED, BUFFER_FULL, STEP_TOO_SMALL, NOT_FINITE, STEP_LIMIT, CHATTER = range(6)
 """Codes with which `advance` returns."""
 
 _SAFETY, _SHRINK, _GROW, _EXPONENT = 0.9, 0.333, 3.0, -1.0 / 8.0
-# Usually two: on the step as tried, and on the step that ends there; rarely more, at loose tolerances.
-_LOCATIONS = 10
+LOCATIONS = 10
+"""Times that a step is located again. Usually two: as tried, and on the step that ends there."""
 SWITCHES_AT_ONCE = 100
 """Largest number of switches at one instant; each contact can open or close and change its friction once."""
 
@@ -87,11 +87,11 @@ def attempt(
     ends with it, whether its dense output is prepared, and the step (s) that the first error allows next.
     """
     nodes, modes, place, next_h, error = run.nodes, run.modes, NONE, h, 0.0
-    for again in range(_LOCATIONS + 1):
+    for again in range(LOCATIONS + 1):
         evaluate_nodes(model, t, h, FIRST, END, modes, nodes)
         run.counters[0].evaluations += STAGES
         error = error_norm(h, nodes.dy, free_states(nodes), settings.tolerance)
-        if not error <= 1.0 or again == _LOCATIONS:
+        if not error <= 1.0 or again == LOCATIONS:
             break
         if again == 0:
             factor = _GROW if error == 0.0 else min(_GROW, _SAFETY * math.pow(error, _EXPONENT))

@@ -70,19 +70,6 @@ class Invariant(NamedTuple):
     """Name of the contact; empty if it concerns none."""
 
 
-class Limits(NamedTuple):
-    """Numbers of a run on which the bounds of its contacts' invariants depend."""
-
-    tolerance: float
-    duration: float
-    """s."""
-    mobility: float
-    """Most that a force accelerates a place of contact, 1/kg."""
-    energy: float
-    """Bound of the spurious energy; infinite: it is not checked."""
-    scipy: bool = False
-
-
 def check(
     p: Parameters, worst: dict[str, Worst], events: Records, drift: dict[str, float] | None
 ) -> dict[str, Invariant]:
@@ -98,9 +85,11 @@ def check(
     # The paper's surface contact has no potential; scipy's solvers do not control the error of the works.
     if scipy or any(each.law == PAPER_SWITCHING for each in p.contacts):
         energy = math.inf
-    limits = Limits(p.tolerance, p.cycles * p.period, max(corner, bearing), energy, scipy)
-    contacts = dict(zip(p.contact_names, p.contacts, strict=True))
-    invariants = check_contacts(contacts, worst, events, limits)
+    contacts, numbers = (
+        dict(zip(p.contact_names, p.contacts, strict=True)),
+        (p.cycles * p.period, p.tolerance),
+    )
+    invariants = check_contacts(contacts, worst, events, *numbers, max(corner, bearing), energy, scipy)
     if drift is not None:
         controlled = not scipy and min(p.alpha, p.beta) > 0.0 and max(p.alpha, p.beta) <= STIFF_GAIN
         most = DRIFT if controlled else UNCONTROLLED_DRIFT
@@ -110,17 +99,22 @@ def check(
 
 
 def check_contacts(
-    contacts: Mapping[str, Contact], worst: dict[str, Worst], events: Records, limits: Limits
-) -> dict[str, Invariant]:
-    """Return the invariants of contacts and of the energy, by name; see `check`."""
-    scipy, none, names, each_one = limits.scipy, (0.0, 0.0, -1), [*contacts], contacts.values()
+    contacts: Mapping[str, Contact], worst: dict[str, Worst], events: Records, duration: float,
+    tolerance: float, mobility: float, energy: float, scipy: bool = False,
+) -> dict[str, Invariant]:  # fmt: skip
+    """Return the invariants of contacts and of the energy, by name, as `check`.
+
+    The run lasts `duration`, s; 1 N accelerates no place of contact by more than `mobility`, m/s^2; `energy`
+    bounds the spurious energy, unless it is infinite.
+    """
+    none, names, each_one = (0.0, 0.0, -1), [*contacts], contacts.values()
     # A step may hold the whole peak of a contact: its ends show less.
     force = max(worst.get("force", none)[0], float(events["peak_force"].max(initial=0.0)))
     # A speed may exceed its limit at the end of a mode by the accuracy of the location, m/s, or by the
     # distance of LSODA's dense output from the ends of its steps.
-    excess = 10.0 * (limits.tolerance / VELOCITY_TIME if scipy else LOCATED_SPEED)
+    excess = 10.0 * (tolerance / VELOCITY_TIME if scipy else LOCATED_SPEED)
     # A contact is met too late by this depth, m: scipy's solvers locate it to their tolerance.
-    depth = 10.0 * limits.tolerance if scipy else LOCATED
+    depth = 10.0 * tolerance if scipy else LOCATED
     # Friction rises from zero at v0, so a slip beyond v0 gives a driving power.
     driving = max(
         (each.c_f * force * excess / (each.v1 - each.v0) * (each.v0 + excess) for each in each_one),
@@ -128,7 +122,7 @@ def check_contacts(
     )
     pull = max((_pull(each, events, force, excess, depth) for each in each_one), default=0.0)
     rubbing = 1.0 + max((each.c_f for each in each_one), default=0.0)
-    fastest = max(USUAL_ACCELERATION, rubbing * force * limits.mobility)
+    fastest = max(USUAL_ACCELERATION, rubbing * force * mobility)
     begun = events[events["start"] > 0.0]  # a contact that is closed at t = 0 may leave
     worst = worst | {
         "start-gap": _largest(np.abs(begun["gap"]), begun),
@@ -141,14 +135,14 @@ def check_contacts(
         "start-gap": (max(1e-11, depth), "m"),
         "leaving-start": (np.sqrt(2.0 * fastest * depth), "m/s"),
     }
-    if limits.energy < math.inf:
-        bounds["energy"] = (limits.energy, "1")
+    if energy < math.inf:
+        bounds["energy"] = (energy, "1")
     invariants = {}
     for name, (bound, unit) in bounds.items():
         value, time, k = worst.get(name, none)
         place = "" if value == 0.0 or k < 0 or name == "energy" else names[k]
         invariants[name] = Invariant(value, float(bound), unit, time, place)
-    invariants["overlap"] = _overlap(contacts, events, limits.duration)
+    invariants["overlap"] = _overlap(contacts, events, duration)
     return invariants
 
 

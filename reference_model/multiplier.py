@@ -23,16 +23,9 @@ from numpy.typing import NDArray
 
 from reference_model import workpiece
 from reference_model.compiled import inlined, inner, kernel
-from reference_model.contact import (
-    Pose,
-    corner_motion,
-    journal_force,
-    journal_motion,
-    slider_forces,
-    write_tail,
-)
+from reference_model.contact import journal_force, journal_motion, slider_forces, write_tail
 from reference_model.linkage import Array, Mechanism
-from reference_model.state import Nodes, Records, Touch, contact_list
+from reference_model.state import Nodes, Records, contact_list
 from reference_model.workpiece import NO_LOAD, Load
 
 load_force = inlined(workpiece.load_force)
@@ -89,10 +82,9 @@ class Linkage(NamedTuple):
     lambdas: Array
     """Work array: lambda, shape (rows,)."""
     pulls: Array
-    """Work array: tension (N) and length (m) of each spring, shape (springs, 2)."""
-    loads: Array
-    """Work array, shape (clearances, 4): of a pin A - A' (m) and the force on the bearing (N); of a guide the
-    force on the slider along n (N) and its moment about the centroid (N m)."""
+    """Work array, shape (springs + 2 clearances, 2): tension (N) and length (m) of each spring; two rows of a
+    pin, A - A' (m) and the force on the bearing (N), or of a guide: force along n (N) and moment (N m) on the
+    slider, nothing."""
     applied: Array
     """Work array: Q, shape (3 n,)."""
     jacobian: Array
@@ -146,18 +138,16 @@ def assemble(
     """
     ideal, size = (len(pins) - len(springs), len(guides)), 3 * len(bodies)
     rows = 2 * sum(ideal) + (drive[1] != 0.0)
-    pins, guides, contact = [*pins], [*guides], 0
-    first_guide = rows + 2 * (len(springs) + sum(len(joint) == 4 for joint in loose))
-    places = []
+    pins, guides, places, contact = [*pins], [*guides], [], 0
+    measured = rows + 2 * (len(springs) + sum(len(joint) == 4 for joint in loose))
     for joint in loose:
         if len(joint) == 4:
             places.append((contact, rows + 2 * (len(pins) - ideal[0]), len(pins)))
-            pins.append(joint)
+            pins, contact = [*pins, joint], contact + 1
         else:
-            places.append((contact, first_guide + 2 * (len(guides) - ideal[1]), -1))
+            places.append((contact, measured + 2 * (len(guides) - ideal[1]), -1))
             i, j, (nx, ny, _, angle) = joint
-            guides += [joint, (i, j, (ny, -nx, 0.0, angle))]
-        contact += 1 if len(joint) == 4 else 4
+            guides, contact = [*guides, joint, (i, j, (ny, -nx, 0.0, angle))], contact + 4
     every = rows + 2 * (len(pins) + len(guides) - sum(ideal))
     weights = np.zeros(size)
     weights[1::3] = [-gravity * mass for mass, _ in bodies]
@@ -184,8 +174,7 @@ def assemble(
         rate=np.empty(every),
         gamma=np.empty(every),
         lambdas=np.empty(rows),
-        pulls=np.empty((len(springs), 2)),
-        loads=np.zeros((len(loose), 4)),
+        pulls=np.zeros((len(springs) + 2 * len(loose), 2)),
         applied=np.empty(size),
         jacobian=np.zeros((every, size)),
         matrix=np.empty((rows, rows)),
@@ -197,7 +186,6 @@ def press(m: Mechanism, contacts: Records, load: Load, baumgarte: tuple[float, f
 
     Without contacts the slider is on an ideal guide.
     """
-    corners: list[GuideOf] = [(4, FRAME, (-1.0, 0.0, 0.0, 0.0))]
     return assemble(
         bodies=list(zip(m.masses, m.inertias, strict=True)),
         pins=[
@@ -212,7 +200,7 @@ def press(m: Mechanism, contacts: Records, load: Load, baumgarte: tuple[float, f
         drive=(0, m.omega, m.theta0),
         gravity=m.gravity,
         baumgarte=baumgarte,
-        loose=corners if contacts.size else [],
+        loose=[(4, FRAME, (-1.0, 0.0, 0.0, 0.0))] if contacts.size else [],
     )._replace(contacts=contacts, load=load, slider=4)
 
 
@@ -355,72 +343,47 @@ def pull_springs(model: Linkage) -> float:
 
 
 @inlined
-def pose_in_guide(model: Linkage, row: int) -> Pose:
-    """Return place and motion in a guide whose rows are evaluated, in its own frame, with y along it."""
-    phi, rate = model.phi, model.rate
-    return -phi[row], phi[row + 2], phi[row + 1], -rate[row], rate[row + 2], rate[row + 1]
-
-
-@inlined
-def motion_in_pin(model: Linkage, k: int, v: Array, touch: Touch) -> tuple[float, float]:
-    """Write gap, rate and slip of a clearance at a pin whose rows are evaluated; return its normal."""
-    row, (bearing, journal), phi, rate = (
-        model.loose[k, 1],
-        model.joined[model.loose[k, 2]],
-        model.phi,
-        model.rate,
-    )
-    w = (v[3 * journal + 2] if journal != FRAME else 0.0, v[3 * bearing + 2])
-    e, de = (-phi[row], -phi[row + 1]), (-rate[row], -rate[row + 1])
-    return journal_motion(model.contacts[model.loose[k, 0]], e, de, w, touch)
-
-
-@inlined
 def push_contacts(model: Linkage, v: Array, modes: Records, touches: Records) -> tuple[float, float]:
     """Add the forces of all clearances, whose rows are evaluated, to Q.
 
     Write the states of their contacts; return the power lost by damping and by friction, W.
     """
-    damping = friction = 0.0
-    applied, jacobian = model.applied, model.jacobian
+    phi, rate, applied, jacobian, damping, friction = (
+        model.phi, model.rate, model.applied, model.jacobian, 0.0, 0.0,
+    )  # fmt: skip
     for k in range(model.loose.shape[0]):
-        first, row, pin, load = model.loose[k, 0], model.loose[k, 1], model.loose[k, 2], model.loads[k]
+        (first, row, pin), pulls = model.loose[k], model.pulls[model.springs.shape[0] + 2 * k :]
         if pin < 0:
-            own, pose = slice(first, first + 4), pose_in_guide(model, row)
+            own = slice(first, first + 4)
+            # In a frame of the guide with y along it.
+            pose = -phi[row], phi[row + 2], phi[row + 1], -rate[row], rate[row + 2], rate[row + 1]
             Fx, Fy, M, lost, rubbed = slider_forces(model.contacts[own], pose, modes[own], touches[own])
-            load[0], load[1] = -Fx, M
+            pulls[0, 0], pulls[0, 1] = -Fx, M
             for i in range(applied.size):
                 applied[i] += Fy * jacobian[row + 2, i] - Fx * jacobian[row, i] + M * jacobian[row + 1, i]
         else:
-            contact, touch = model.contacts[first], touches[first]
-            bearing, journal = model.joined[pin]
-            nx, ny = motion_in_pin(model, k, v, touch)
+            contact, touch, (bearing, journal) = model.contacts[first], touches[first], model.joined[pin]
+            w = v[3 * journal + 2] if journal != FRAME else 0.0, v[3 * bearing + 2]
+            ex, ey, de = -phi[row], -phi[row + 1], (-rate[row], -rate[row + 1])
+            nx, ny = journal_motion(contact, (ex, ey), de, w, touch)
             Gx, Gy, lost, rubbed = journal_force(contact, modes[first], nx, ny, touch)
-            load[0], load[1], load[2], load[3] = -model.phi[row], -model.phi[row + 1], Gx, Gy
+            pulls[0, 0], pulls[0, 1], pulls[1, 0], pulls[1, 1] = ex, ey, Gx, Gy
             for i in range(applied.size):
                 applied[i] += Gx * jacobian[row, i] + Gy * jacobian[row + 1, i]
-            # The row's forces act at A' and A; friction acts at the bearing's surface.
+            # The rows' forces act at A' and A, but friction at the surface of the bearing.
             applied[3 * bearing + 2] -= contact.radius * touch.friction
             if journal != FRAME:
-                size = contact.clearance - touch.gap
-                applied[3 * journal + 2] += (contact.radius - size) * touch.friction
+                applied[3 * journal + 2] += (contact.radius - contact.clearance + touch.gap) * touch.friction
         damping += lost
         friction += rubbed
     return damping, friction
 
 
-def motion(model: Linkage, t: float, i: int, nodes: Nodes) -> None:
+def motion(model: Linkage, t: float, i: int, modes: Records, nodes: Nodes) -> None:
     """Write gaps, rates and slips of a state."""
-    size, y, touches = model.masses.size, nodes.y[i], nodes.touches[i]
-    if model.contacts.size > 0:
-        constraints(model, t, y[:size], y[size : 2 * size])
-    for k in range(model.loose.shape[0]):
-        first = model.loose[k, 0]
-        if model.loose[k, 2] < 0:
-            own = slice(first, first + 4)
-            corner_motion(model.contacts[own], pose_in_guide(model, model.loose[k, 1]), touches[own])
-        else:
-            motion_in_pin(model, k, y[size : 2 * size], touches[first])
+    v = nodes.y[i, model.masses.size : 2 * model.masses.size]
+    constraints(model, t, nodes.y[i, : model.masses.size], v)
+    push_contacts(model, v, modes, nodes.touches[i])
 
 
 def tabulate(model: Linkage, t: float, h: float, shares: Array) -> None:

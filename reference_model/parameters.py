@@ -284,13 +284,9 @@ def _journal(scene: Mapping[str, Any], journal: float, pin: float, mass: float, 
 
 
 def read_clearance(name: str, clearance: Mapping[str, Any], body: Mapping[str, Any]) -> dict[str, Contact]:
-    """Return the contacts of a linkage's clearance by name: of a guide four corners, of a pin one journal.
-
-    `body` is the one in the guide, or the lighter one at the pin.
-    """
-    contact, size = clearance["contact"], float(clearance["size"])
-    laws = (LAWS[HERTZ_CORNERS], LAWS[ADAMS_IMPACT])
-    require_known((f"clearance.{name}.contact.law", contact["law"], laws))
+    """Return the contacts of a linkage's clearance by name: of a guide its body's corners, or a journal."""
+    contact, size, own = clearance["contact"], float(clearance["size"]), f"clearance.{name}.contact.law"
+    require_known((own, contact["law"], (LAWS[HERTZ_CORNERS], LAWS[ADAMS_IMPACT])))
     if "length" not in clearance:
         radius, mass = float(clearance["journal_radius"]), float(body["mass"])
         return {name: _journal(clearance, radius, size, mass, arm=1.0)}

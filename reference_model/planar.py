@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -90,36 +89,30 @@ def read_linkage(scene: Mapping[str, Any]) -> Assembly:
     theta0 = math.radians(given.get(driven, {}).get("angle_deg", 0.0))
     degrees, torques = np.transpose(drive.get("torque_table") or [(0.0, drive.get("torque") or 0.0)])
     surface = 0.0 if len(torques) > 1 else -math.inf  # below which a load has kinks
-    build = partial(
-        assemble,
-        bodies=[(body["mass"], body["inertia"]) for body in bodies.values()],
-        drive=(number[driven], (drive.get("speed_rpm") or 0.0) * 2.0 * math.pi / 60.0, theta0),
-        gravity=scene["environment"]["gravity"],
-        springs=[(each["stiffness"], each["length"], each.get("damping", 0.0)) for each in springs.values()],
-    )
-    model = build(pins=[*pins.values()], guides=[*guides.values()])._replace(
-        load=read_load(load) if load else NO_LOAD,
-        slider=number[load["body"]] if load else 0,
-        torque=Load(surface, torques[0], 1.0, 0.0, np.radians(degrees), torques - torques[0]),
-    )
+
+    def build(loose: Mapping[str, Any], contacts: Mapping[str, Contact]) -> Linkage:
+        return assemble(
+            bodies=[(body["mass"], body["inertia"]) for body in bodies.values()],
+            pins=[pin for name, pin in pins.items() if name not in loose],
+            guides=[guide for name, guide in guides.items() if name not in loose],
+            drive=(number[driven], (drive.get("speed_rpm") or 0.0) * 2.0 * math.pi / 60.0, theta0),
+            gravity=scene["environment"]["gravity"],
+            springs=[(one["stiffness"], one["length"], one.get("damping", 0.0)) for one in springs.values()],
+            loose=[(pins | guides)[name] for name in loose],
+        )._replace(
+            contacts=contact_list(tuple(contacts.values())),
+            load=read_load(load) if load else NO_LOAD,
+            slider=number[load["body"]] if load else 0,
+            torque=Load(surface, torques[0], 1.0, 0.0, np.radians(degrees), torques - torques[0]),
+        )
+
     places = [[body["centroid"], *body["points"].values()] for body in bodies.values()]
     size = max(math.dist(a, b) for own in places for a in own for b in own) or 1.0
-    start, contacts = _start(model, size, scene), dict[str, Contact]()
+    start, contacts = _start(build({}, {}), size, scene), dict[str, Contact]()
     for name, clearance in clearances.items():
-        joint = pins[name] if name in pins else guides[name]
-        ends = [end for end in (joint[0::2] if len(joint) == 4 else joint[:1]) if end != FRAME]
-        body = min((bodies[[*bodies][end]] for end in ends), key=lambda body: body["mass"])
-        contacts |= read_clearance(name, clearance, body)
-    if clearances:
-        loose = build(
-            pins=[each for name, each in pins.items() if name not in clearances],
-            guides=[each for name, each in guides.items() if name not in clearances],
-            loose=[(pins | guides)[name] for name in clearances],
-        )
-        model = loose._replace(
-            contacts=contact_list(tuple(contacts.values())),
-            load=model.load, torque=model.torque, slider=model.slider,
-        )  # fmt: skip
+        body = [*bodies][(pins | guides)[name][0]]
+        contacts |= read_clearance(name, clearance, bodies[body])
+    model = build(clearances, contacts)
     units, _ = _units(model, size)
     smallest = _singular(jacobian(model, start[: model.masses.size]) * units).min(initial=np.inf)
     return Assembly(model, units, start, smallest, size, contacts)
@@ -134,28 +127,15 @@ def _units(model: Linkage, size: float) -> tuple[Array, Array]:
 
 
 def _offsets(scene: Mapping[str, Any], rows: int) -> Array:
-    """Return what Phi and Phi' of the ideal joints are at the start, shape (2, rows), else 0.
-
-    Raises
-    ------
-    ValueError
-        One line, if a clearance is closed at the start.
-    """
+    """Return what Phi and Phi' of the ideal joints are at the start, else 0, shape (2, rows)."""
     pins, guides, out = [*scene.get("pin", {})], [*scene.get("guide", {})], np.zeros((2, rows))
-    for name, clearance in scene.get("clearance", {}).items():
-        offset, size = clearance["offset"], clearance["size"]
+    for name, start in scene.get("clearance", {}).items():
         if name in pins:
-            row, reach = 2 * pins.index(name), math.hypot(*offset)
-            out[:, row : row + 2] = -np.array([offset, clearance["offset_rate"]])
+            row, values = 2 * pins.index(name), np.negative([start["offset"], start["offset_rate"]])
         else:
-            row, tilt = rows - 2 * (len(guides) - guides.index(name)), math.radians(clearance["tilt_deg"])
-            out[:, row : row + 2] = (offset, tilt), (clearance["offset_rate"], clearance["tilt_rate"])
-            length, width = clearance["length"], clearance["width"]
-            turned = 0.5 * (length * abs(math.sin(tilt)) + width * (abs(math.cos(tilt)) - 1.0))
-            reach = abs(offset) + turned
-        if reach > size:
-            raise ValueError(f"clearance.{name}.offset = {offset!r} m: it is closed at the start by "
-                             f"{reach - size:.3g} m more than its size")  # fmt: skip
+            row, tilt = rows - 2 * (len(guides) - guides.index(name)), math.radians(start["tilt_deg"])
+            values = np.array([(start["offset"], tilt), (start["offset_rate"], start["tilt_rate"])])
+        out[:, row : row + 2] = values
     return out
 
 

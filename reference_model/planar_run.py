@@ -19,17 +19,16 @@ from reference_model.compiled import inlined, inner, kernel
 from reference_model.dop853 import END, POINT, START, dense, evaluate_nodes
 from reference_model.events import begin, first_end
 from reference_model.formulations import derivative
-from reference_model.invariants import VIOLATED, Invariant, Limits, check_contacts, violation
+from reference_model.invariants import VIOLATED, Invariant, check_contacts, violation
 from reference_model.linkage import Array
 from reference_model.margins import NONE, has_ended, unsettled
 from reference_model.multiplier import Linkage, constraints, solve
 from reference_model.observation import Pulses
-from reference_model.parameters import CORNERS
 from reference_model.planar import Assembly, jacobian, read_linkage
 from reference_model.recording import EXTREMUM, PART, SAMPLE, STEP, find_peaks, find_top, record
 from reference_model.results import Extrema, Result, name_results
 from reference_model.running import event_table, new_run, unfinished_events
-from reference_model.state import WORKS, WORST, Event, Records, Run, Touch, records
+from reference_model.state import WORKS, WORST, Event, Records, Run, records
 from reference_model.steps import share_to_kink, step_before_separation, step_in_workpiece
 from reference_model.workpiece import exists, load_energy
 
@@ -45,8 +44,6 @@ STEPS_LIMIT = 2_000_000
 """Attempted steps after which a run is stopped, some minutes."""
 LARGEST_STEP = 1.0 / 50.0
 """Longest step, as a share of the duration or of a cycle."""
-LOCATIONS = 10
-"""Times that a step is taken again to end where a mode does; usually two."""
 PARTS = 6
 """Parts of a step at whose ends extrema and singular positions are looked for."""
 LOCKING = 0.1
@@ -62,7 +59,7 @@ _REMEDIES = {
 }
 MOTION = ("x", "y", "angle", "vx", "vy", "omega")
 ACCELERATIONS = ("ax", "ay", "alpha")
-ENERGIES = ("kinetic", "gravity", "drive", "spring", "damping", "load", "contact", "friction")
+ENERGIES = ("kinetic", "gravity", "drive", "spring", "damping", "load", "contact", "friction", "residual")
 _SIGNS = np.array([-1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0, -1.0])
 """Of the energies in the residual."""
 
@@ -116,8 +113,6 @@ def observe(
             jacobians[n, i, k] = model.jacobian[i, k]
     for k in range(model.pulls.size):
         forces[n, size + k] = model.pulls.flat[k]
-    for k in range(model.loads.size):
-        forces[n, size + model.pulls.size + k] = model.loads.flat[k]
 
 
 @kernel
@@ -126,8 +121,8 @@ def advance(
 ) -> int:
     """Integrate to `t_end` (s), or until a buffer is full; return a code as `integrate.advance` does.
 
-    With each row go multipliers, tension (N) and length (m) of springs, and the clearances' `loads`, shape
-    (n, rows + 2 springs + 4 clearances), and the constraints' Jacobian, (n, rows, columns).
+    With each row go the multipliers and `pulls`, shape (n, rows + pulls), and the constraints' Jacobian, (n,
+    rows, columns).
     """
     contacts, modes, place, located = model.contacts, run.modes, NONE, 0
     nodes, clock, counters, y, dy = run.nodes, run.clock[0], run.counters[0], run.nodes.y, run.nodes.dy
@@ -175,21 +170,16 @@ def advance(
             if contacts.size == 0:
                 dense(1.0, y.shape[1], y, run.f)
                 there = project(model, end, y[POINT], dy[POINT])
-            elif (
-                there
-                and located < LOCATIONS
-                and unsettled(contacts, modes, nodes.touches, h, run.scales, run.unsettled)
-            ):
-                share, ends = first_end(model, t, h, run)
-                if ends != NONE or (share < 1.0 and t + share * h > t):
-                    place = ends
+            elif there and unsettled(contacts, modes, nodes.touches, h, run.scales, run.unsettled):
+                share, ends = first_end(model, t, h, run) if located < integrate.LOCATIONS else (1.0, place)
+                if ends != NONE or t + share * h > t:
+                    place = ends if ends != NONE or share < 1.0 else place
                     if share < 1.0:
                         planned = max(planned, h * min(3.0, 0.9 * factor)) if located == 0 else planned
                         h, located = share * h, located + 1
-                        if t + h > t:
-                            continue
-                        h = integrate.change_mode(model, run, t, planned, place, settings.tolerance)
-                        place, located, planned = NONE, 0, 0.0
+                        if t + h == t:
+                            h = integrate.change_mode(model, run, t, planned, place, settings.tolerance)
+                            place, located, planned = NONE, 0, 0.0
                         continue
         if not there:
             counters.rejected += 1
@@ -270,11 +260,32 @@ class Observation:
 
     def __init__(self, scene: Mapping[str, Any], assembly: Assembly, cycles: int, period: float) -> None:
         model = self._model = assembly.model
-        self._scene, self._loose, size = scene, scene.get("clearance", {}), model.contacts.size
-        none = np.empty((0, 2 * model.masses.size + size + WORKS))
-        forces = np.empty((0, model.rows + model.pulls.size + model.loads.size))
-        names = self._channels(none, none, forces, records(Touch, 0, size))
-        self.names = [name for name in names if self._group(name) in ("", *scene["output"]["groups"])]
+        self._springs, pins, loose = (
+            [*scene.get("spring", {})],
+            scene.get("pin", {}),
+            scene.get("clearance", {}),
+        )
+        what = dict.fromkeys(pins, ("reaction_x", "reaction_y"))
+        what |= dict.fromkeys(scene.get("guide", {}), ("force", "moment"))
+        drive, place = ["drive.torque"] * (model.omega != 0.0), 2 * model.ideal[0]
+        ideal = [f"{joint}.{word}" for joint in what if joint not in loose for word in what[joint]]
+        self._rows = [*ideal[:place], *drive, *ideal[place:]]
+        """Channels in the order of the rows, and of what `Linkage.pulls` holds of clearances."""
+        words = {name: ("x", "y", *what[name]) if name in pins else (*what[name], "", "") for name in loose}
+        self._loose = [f"{name}.{word}" for name in loose for word in words[name]]
+        self._touching = [f"{name}{'_' if '.' in name else '.'}" for name in assembly.contacts]
+        self._groups = {f"{body}.{word}": "" if word in MOTION else "accelerations"
+                        for body in scene["body"] for word in MOTION + ACCELERATIONS}  # fmt: skip
+        for contact in self._touching:
+            of = ["gap"] if contact.endswith("_") else ["x", "y"]
+            self._groups |= {f"{contact}{word}": "contacts" for word in (*of, "normal", "friction")}
+        self._groups |= {f"{joint}.{word}": "joints" for joint in what for word in what[joint]}
+        self._groups |= dict.fromkeys([*drive, *(f"{spring}.force" for spring in self._springs)], "joints")
+        without = [] if loose else ["contact", "friction"]
+        without += [] if exists(model.load) else ["load"]
+        self._groups |= {f"energy_{name}": "energy" for name in ENERGIES if name not in without}
+        groups = ("", *scene["output"]["groups"])
+        self.names = [name for name, group in self._groups.items() if group in groups]
         self.pulses = Pulses([*assembly.contacts.values()])
         self.extrema = Extrema(len(self.names), cycles, period)
         self.samples = [np.empty((1 + len(self.names), 0))]
@@ -284,64 +295,25 @@ class Observation:
 
     def _channels(self, y: Array, dy: Array, forces: Array, touches: Records) -> dict[str, Array]:
         """Return all channels of states, derivatives, forces and contacts, shape (n, columns) each."""
-        scene, model, size, count = self._scene, self._model, self._model.masses.size, len(y)
+        model, size, count, rows = self._model, self._model.masses.size, len(y), len(self._rows)
         q, v, a, works = y.T[:size], y.T[size : 2 * size], dy.T[size : 2 * size], y.T[-WORKS:]
         motion = np.concatenate([each.reshape(size // 3, 3, count) for each in (q, v, a)], axis=1)
-        labels = [f"{body}.{word}" for body in scene["body"] for word in MOTION + ACCELERATIONS]
-        out = dict(zip(labels, motion.reshape(3 * size, count), strict=True))
-        out |= self._contacts(forces.T, touches)
-        pins, guides, springs = (scene.get(table, {}) for table in ("pin", "guide", "spring"))
-        # In the order of the rows; of a clearance the last four columns are its loads.
-        loads = {
-            name: forces.T[model.rows + model.pulls.size + 4 * k :] for k, name in enumerate(self._loose)
-        }
-        rows, joints = iter(-forces.T), dict[str, tuple[Array, Array]]()
-        for name in pins:
-            joints[name] = tuple(loads[name][2:4]) if name in loads else (next(rows), next(rows))
-        torque = next(rows) if model.omega != 0.0 else None
-        for name in guides:
-            joints[name] = tuple(loads[name][:2]) if name in loads else (next(rows), next(rows))
-        out |= {f"{pin}.reaction_{axis}": joints[pin][k] for pin in pins for k, axis in enumerate("xy")}
-        out |= {f"{guide}.{what}": joints[guide][k]
-                for guide in guides for k, what in enumerate(("force", "moment"))}  # fmt: skip
-        pulls = forces.T[model.rows : model.rows + model.pulls.size]
-        out |= {} if torque is None else {"drive.torque": torque}
-        out |= {f"{spring}.force": pull for spring, pull in zip(springs, pulls[::2], strict=True)}
+        out = dict(zip(self._groups, motion.reshape(3 * size, count), strict=False))
+        pulls, loads = np.split(forces.T[rows:], [2 * len(self._springs)])
+        out |= zip(self._rows, -forces.T[:rows], strict=True)
+        out |= zip(self._loose, loads, strict=True)
+        out |= {f"{spring}.force": pull for spring, pull in zip(self._springs, pulls[::2], strict=True)}
+        for k, contact in enumerate(self._touching):
+            touch = touches[:, k]
+            out |= {f"{contact}gap": touch["gap"], f"{contact}normal": np.maximum(touch["normal"], 0.0)}
+            out[f"{contact}friction"] = touch["friction"]
         energies = [0.5 * model.masses @ v**2, model.weights @ q, works[0],
                     0.5 * model.springs[:, 0] @ (pulls[1::2] - model.springs[:, 1:2]) ** 2, works[1],
                     load_energy(model.load, q[3 * model.slider + 1])]  # fmt: skip
-        energies += [touches["stored"].sum(axis=1), works[2]] if self._loose else []
+        energies += [touches["stored"].sum(axis=1), works[2]] if self._touching else []
         out |= {f"energy_{name}": each for name, each in zip(ENERGIES, energies, strict=False)}
         out["energy_residual"] = _SIGNS[: len(energies)] @ np.stack(energies)
-        if not exists(model.load):
-            del out["energy_load"]
-        return out
-
-    def _contacts(self, loads: Array, touches: Records) -> dict[str, Array]:
-        """Return the channels of the clearances from all forces, shape (columns, n), and touches."""
-        out, k, first = dict[str, Array](), 0, len(loads) - self._model.loads.size
-        for name in self._loose:
-            pin = name in self._scene.get("pin", {})
-            if pin:
-                out |= {f"{name}.x": loads[first], f"{name}.y": loads[first + 1]}
-            for part in [f"{name}."] if pin else [f"{name}.{corner}_" for corner in CORNERS]:
-                out |= {} if pin else {f"{part}gap": touches["gap"][:, k]}
-                out |= {f"{part}normal": np.maximum(touches["normal"][:, k], 0.0)}
-                out |= {f"{part}friction": touches["friction"][:, k]}
-                k += 1
-            first += 4
-        return out
-
-    def _group(self, name: str) -> str:
-        """Return the group of a channel; empty: it is always there."""
-        part, _, word = name.rpartition(".")
-        if word in ("force", "moment", "torque", "reaction_x", "reaction_y"):
-            return "joints"
-        if part in self._loose:
-            return "contacts"
-        if not part:
-            return "energy"
-        return "" if word in MOTION else "accelerations"
+        return {name: out[name] for name in self._groups}
 
     def take(self, times: Array, purposes: NDArray[np.int64], *states: Any) -> None:
         """Add rows, of samples, of the parts of steps and of peaks."""
@@ -349,7 +321,7 @@ class Observation:
         self._first = self._first or {name: every[name][:1] for name in ("energy_gravity", "energy_residual")}
         for name, first in self._first.items():
             every[name] = every[name] - first
-        *flows, residual = (np.abs(row) for name, row in every.items() if self._group(name) == "energy")
+        *flows, residual = (np.abs(row) for name, row in every.items() if self._groups[name] == "energy")
         momentum = np.abs(states[0][:, masses.size : 2 * masses.size]) @ masses
         self._flow = max(self._flow, float(np.max(flows)) + float(momentum.max()))
         if not residual.max() <= self._residual:
@@ -362,7 +334,7 @@ class Observation:
         times, values = times[parts], values[:, parts]
         whole = times.size - times.size % (PARTS + 1)
         for i, name in enumerate(self.names):
-            moves = self._group(name) == ""
+            moves = self._groups[name] == ""
             if moves and name.endswith(".x"):
                 self.extrema.turn(times, values[i : i + 6], i)
             elif not (moves and name.endswith((".y", ".angle"))):
@@ -392,13 +364,11 @@ def run(scene: Mapping[str, Any], progress: Callable[[float], None] | None) -> R
     instants = np.stack([np.append(times, np.inf), np.zeros(times.size + 1)])
     capacity = _STEPS * (PARTS + 1) + 2 * room
     state = new_run(assembly.start, len(contacts), 1e-3 * largest, instants, capacity)
-    forces = np.empty((capacity, model.rows + model.pulls.size + model.loads.size))
+    forces = np.empty((capacity, model.rows + model.pulls.size))
     jacobians = np.empty((capacity, *assembly.units.shape))
     settings = integrate.Settings(tolerance, largest, room, STEPS_LIMIT)
-    observation, events = (
-        Observation(scene, assembly, max(1, math.ceil(cycles - 1e-9)), period),
-        [records(Event, 0)],
-    )
+    observation = Observation(scene, assembly, max(1, math.ceil(cycles - 1e-9)), period)
+    events = [records(Event, 0)]
     code, end, reported, counters = integrate.BUFFER_FULL, math.inf, 0.0, state.counters[0]
     while code == integrate.BUFFER_FULL and end == math.inf:
         code = advance(model, state, settings, t_end, forces, jacobians)
@@ -416,19 +386,15 @@ def run(scene: Mapping[str, Any], progress: Callable[[float], None] | None) -> R
             reported = now
             progress(now / t_end)
     compiled.seal()
-    energy, listed = observation.energy(ENERGY * tolerance), np.concatenate(events)
-    if contacts:
-        listed = np.concatenate([listed, unfinished_events([*contacts.values()], state)])
+    listed = np.concatenate([*events, unfinished_events([*contacts.values()], state)])
     # Of contacts that begin at one instant the first in the list comes first.
     listed = listed[np.argsort(listed["contact"], kind="stable")]
     listed, table = event_table(listed[listed["start"] <= end], [*contacts])
-    invariants = {"energy": energy}
+    invariants, worst = {"energy": observation.energy(ENERGY * tolerance)}, state.worst.tolist()
     if contacts:
-        inertias = model.masses.reshape(-1, 3)
-        mobility = 2.0 * float((1.0 / inertias[:, 0] + assembly.size**2 / inertias[:, 2]).max())
-        worst = dict(zip(WORST, state.worst.tolist(), strict=True))
-        limits = Limits(tolerance, t_end, mobility, energy.bound)
-        invariants = check_contacts(contacts, worst, listed, limits) | invariants
+        mobility = 2.0 * float((1.0 / model.masses[::3] + assembly.size**2 / model.masses[2::3]).max())
+        shown = dict(zip(WORST, worst, strict=True)), listed, t_end, tolerance, mobility, math.inf
+        invariants = check_contacts(contacts, *shown) | invariants
     status, remedy = _REMEDIES.get(code, ("success", ""))
     if end < math.inf:
         place = f"singular position at t = {end:.6g} s"

@@ -29,6 +29,7 @@ and so of the journal of a linkage.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import degrees, isfinite, isnan, log, nan, sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,6 +114,10 @@ def perturbed_scenes(scene: Scene) -> dict[str, Scene]:
     """Return the scenes whose start is moved by `perturbation`, by name in `Runs`; none without clearance."""
     if not scene.loose:
         return {}
+    if scene.is_linkage:  # of every second state to the other side
+        shifts = {state: PERTURBATION * scale for state, scale in in_clearances(scene).items()}
+        turned = {state: shift * (-1) ** n for n, (state, shift) in enumerate(shifts.items())}
+        return {"perturbed": shifted(scene, shifts), "other_perturbed": shifted(scene, turned)}
     shift = perturbation(scene)
     scenes = {"perturbed": moved(scene, shift, shift)}
     return scenes | ({"other_perturbed": moved(scene, shift, -shift)} if "slider" in scene.loose else {})
@@ -137,6 +142,39 @@ def moved(scene: Scene, across: float, turned: float) -> Scene:
     angle = start["slider_angle"] + turned / mechanism["slider"]["length"]
     offset = start["slider_offset"] + across
     return scene.variant({"initial.slider_offset": offset, "initial.slider_angle": angle})
+
+
+def in_clearances(scene: Scene) -> dict[str, float]:
+    """Return the states of the start within the clearances of a linkage, and their scales (m, rad)."""
+    scales = dict[str, float]()
+    for name, own in scene.data.get("clearance", {}).items():
+        size, guide = own["size"], "length" in own
+        scales |= {f"{name}.{axis}": size for axis in (["offset"] if guide else "xy")}
+        scales |= {f"{name}.tilt": size / own["length"]} if guide else {}
+    return scales
+
+
+def shifted(scene: Scene, offsets: Mapping[str, float]) -> Scene:
+    """Return a linkage whose start is moved in states: BODY.angle and the like, and `in_clearances`."""
+    moved: dict[str, Any] = {}
+    for state, offset in offsets.items():
+        if not offset:
+            continue
+        name, _, quantity = state.partition(".")
+        key = {"angle": "angle_deg", "tilt": "tilt_deg"}.get(quantity, quantity)
+        table = "clearance" if name in scene.loose else "initial"
+        value = scene.data[table].get(name, {})
+        if table == "clearance" and quantity in "xy":
+            both = moved.setdefault(f"clearance.{name}.offset", [*value["offset"]])
+            both["xy".index(quantity)] += offset
+        else:
+            turned = degrees(offset) if key.endswith("_deg") else offset
+            moved[f"{table}.{name}.{key}"] = value.get(key, 0.0) + turned
+    for name in scene.loose:  # one that touches stays within the gap
+        if place := moved.get(key := f"clearance.{name}.offset"):
+            share = min(1.0, (1 - 1e-15) * scene.clearance(name) / float(np.linalg.norm(place)))
+            moved[key] = [share * each for each in place] if isinstance(place, list) else share * place
+    return scene.variant(moved)
 
 
 def uncertainty(

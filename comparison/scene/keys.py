@@ -332,7 +332,9 @@ def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
     first = error.errors()[0]
     kind, value, context = first["type"], first["input"], first.get("ctx", {})
     # Without the branch of a union.
-    steps = [step for step in map(str, first["loc"]) if not step.startswith(("constrained-", "literal["))]
+    steps = [
+        step for step in map(str, first["loc"]) if not step.startswith(("constrained-", "literal[", "list["))
+    ]
     if ".".join(steps[:2]) in MATERIALS:
         steps[2:3] = []  # the branch of the union, "number" or "partners"
     if steps[-1:] == ["[key]"]:  # a name

@@ -9,7 +9,7 @@ from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
 from itertools import pairwise
-from math import ceil, cos, dist, hypot, isfinite, pi, radians, sin
+from math import ceil, cos, dist, hypot, pi, radians, sin
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
@@ -48,21 +48,14 @@ STEPS_IN_TURN, STEPS = 50_000, 100_000
 """Default steps of Exudyn at least, in a turn of what a speed drives, else in the duration."""
 ENERGIES = ("kinetic", "gravity", "drive", "spring", "contact", "damping", "friction", "load", "residual")
 DEG, N_M = Unit("deg"), Unit("N m")
-CORNERS = ("ll", "lr", "ul", "ur")
-"""Corners of the block of a guide with clearance: lower and upper along it, left and right of it."""
+CORNERS = (".ll", ".lr", ".ul", ".ur")
+"""Ends of the names of a guide's contacts: corners of the block, lower and upper along it, left and right."""
 
 
 def _on_axis(value: object) -> object:
     if not isinstance(value, int | float | list):
         raise PydanticCustomError("rule", "", {"text": "must be a number or [x, y]"})
     return value if isinstance(value, list) else [value, 0.0]
-
-
-def _number_or_pair(value: Any) -> object:
-    numbers = value if isinstance(value, list) and len(value) == 2 else [value]
-    if not all(type(n) in (int, float) and isfinite(n) for n in numbers):
-        raise PydanticCustomError("rule", "", {"text": "must be a number, or [x, y]"})
-    return [float(n) for n in value] if isinstance(value, list) else float(value)
 
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$", max_length=50)]
@@ -169,9 +162,9 @@ class Clearance(Section):
     """Width of a guide's block across the guide."""
     corner_radius: Annotated[Positive | None, M] = None
     """Radius (rounding) of the block's corners in Hertz's law; 0.001 by default."""
-    offset: Annotated[Any, BeforeValidator(_number_or_pair), M] = None
+    offset: Annotated[Pair | Real | None, M] = None
     """Start: [x, y] of the journal from the bearing's centre, or distance of the block to the line's left."""
-    offset_rate: Annotated[Any, BeforeValidator(_number_or_pair), M_S] = None
+    offset_rate: Annotated[Pair | Real | None, M_S] = None
     """Start: rate of the offset."""
     tilt_deg: Annotated[Real | None, DEG] = None
     """Start: angle of a guide's block beyond the guide's angle_deg."""
@@ -452,12 +445,8 @@ def quantities(data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
 
 def contacts(data: Mapping[str, Any]) -> list[str]:
     """Return the contacts of a linkage as event tables name them: "PIN", and "GUIDE.ll" of each corner."""
-    guides = data.get("guide", {})
-    ends = [
-        (name, [f".{corner}" for corner in CORNERS] if name in guides else [""])
-        for name in data.get("clearance", {})
-    ]
-    return [f"{name}{end}" for name, own in ends for end in own]
+    loose = data.get("clearance", {})
+    return [f"{name}{end}" for name in loose for end in (CORNERS if name in data["guide"] else [""])]
 
 
 def largest_length(data: Mapping[str, Any]) -> float:

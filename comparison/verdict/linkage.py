@@ -6,19 +6,15 @@ within the clearances.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import degrees
-from typing import Any
-
-import numpy as np
 
 from comparison.accuracy.levels import coarser, finer, refinement, setting_key, thresholds
 from comparison.accuracy.refine import usable_table
-from comparison.accuracy.uncertainty import WINDOW
+from comparison.accuracy.uncertainty import WINDOW, in_clearances, shifted
 from comparison.execution.run import Job, Outcome, Progress, describe
 from comparison.execution.sides import Run, Side, SolverError
 from comparison.scene import Scene
 from comparison.tables.arguments import as_source
-from comparison.tables.channels import Array, expected, known_channels
+from comparison.tables.channels import expected, known_channels
 from comparison.tables.dialect import Source
 from comparison.tables.mapping import Mapping
 from comparison.verdict.pair import Demand, Pair, PairKeys, Solver, Solvers, Start
@@ -49,28 +45,7 @@ class LinkagePair(Pair):
         scene, model = self.scene, run.side.label
         for _ in range(abs(run.level)):
             scene = (finer if run.level > 0 else coarser)(model, scene) or scene
-        moved: dict[str, Any] = {}
-        for state, offset in zip(self.keys.start.states, run.start, strict=True):
-            if offset:
-                name, _, quantity = state.partition(".")
-                key = {"angle": "angle_deg", "tilt": "tilt_deg"}.get(quantity, quantity)
-                table = "clearance" if name in scene.loose else "initial"
-                value = scene.data[table].get(name, {})
-                if table == "clearance" and quantity in "xy":
-                    both = moved.setdefault(f"clearance.{name}.offset", [*value["offset"]])
-                    both["xy".index(quantity)] += offset
-                else:
-                    turned = degrees(offset) if key.endswith("_deg") else offset
-                    moved[f"{table}.{name}.{key}"] = value.get(key, 0.0) + turned
-        for name in scene.loose:  # one that touches stays within the gap
-            if place := moved.get(key := f"clearance.{name}.offset"):
-                share = min(1.0, (1 - 1e-15) * scene.clearance(name) / float(np.linalg.norm(place)))
-                moved[key] = [share * each for each in place] if isinstance(place, list) else share * place
-        return Job(scene.variant(moved), model)
-
-    def _columns(self, run: Run) -> dict[str, Array]:
-        """Return also the states that are no columns: how the block of a guide lies in its clearance."""
-        return dict.fromkeys(self.keys.start.states, np.zeros(1)) | super()._columns(run)
+        return Job(shifted(scene, dict(zip(self.keys.start.states, run.start, strict=True))), model)
 
     def _results(self, runs: Sequence[Run], on_progress: Progress) -> list[Source | SolverError]:
         jobs = [self.job(run) for run in runs]
@@ -111,17 +86,7 @@ def moved_states(scene: Scene) -> list[str]:
     positions = given - rates - {f"{driven}.angle"}
     if not rates:
         rates = {f"{body}.{_RATES[key]}" for body, _, key in (name.partition(".") for name in positions)}
-    return [name for name in expected(scene.data) if name in positions | rates] + [*_in_clearances(scene)]
-
-
-def _in_clearances(scene: Scene) -> dict[str, float]:
-    """Return the states of the start within the clearances of a linkage, and their scales (m, rad)."""
-    scales = dict[str, float]()
-    for name, own in scene.data.get("clearance", {}).items():
-        size, guide = own["size"], "length" in own
-        scales |= {f"{name}.{axis}": size for axis in (["offset"] if guide else "xy")}
-        scales |= {f"{name}.tilt": size / own["length"]} if guide else {}
-    return scales
+    return [name for name in expected(scene.data) if name in positions | rates] + [*in_clearances(scene)]
 
 
 def linkage_pair(
@@ -148,7 +113,7 @@ def linkage_pair(
         Mapping(),
         scene.name,
         scales={name: channel.given for name, channel in known_channels(scene.data).items()}
-        | _in_clearances(scene),
+        | in_clearances(scene),
         scene=scene,
         launch=launch,
     )

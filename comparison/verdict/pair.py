@@ -376,7 +376,7 @@ class Pair:
         """
         columns = self._columns(Run(side, 0, (0.0,) * shares.size))
         ranges = {name: float(np.ptp(values[np.isfinite(values)])) for name, values in columns.items()}
-        missing = [state for state in self.keys.start.states if state not in columns]
+        missing = [state for state in self.keys.start.states if state not in {*columns, *self.scales}]
         if missing and not isinstance(side.solver, Command):
             has = ", ".join(name for name in columns if not name.startswith("#"))
             raise SolverError(f"states: {missing[0]!r} is not a column of {side.label}, which has {has}")

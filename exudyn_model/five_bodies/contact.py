@@ -37,6 +37,7 @@ Triple = tuple[float, float, float]
 # Of the first body, then of the second
 Pair = tuple[Triple, Triple]
 Six = tuple[float, float, float, float, float, float]
+AT_REST = (0.0, 0.0, 0.0)
 # (mbs, t, object number, coordinates, velocities) -> generalized forces
 ForceUserFunction = Callable[[Any, float, int, list[float], list[float]], tuple[float, ...]]
 
@@ -99,9 +100,8 @@ def arm(angle: float, along: float, across: float) -> tuple[float, float]:
 def of_bodies(values: Array, partners: Partners) -> Pair:
     """Return x, y, angle of both bodies, or their rates, from those of all bodies."""
     i, j = PER_BODY * int(partners.first), PER_BODY * int(partners.second)
-    rest = (0.0, 0.0, 0.0)
-    first = (values[i], values[i + 1], values[i + 2]) if i >= 0 else rest
-    return first, (values[j], values[j + 1], values[j + 2]) if j >= 0 else rest
+    first = (values[i], values[i + 1], values[i + 2]) if i >= 0 else AT_REST
+    return first, (values[j], values[j + 1], values[j + 2]) if j >= 0 else AT_REST
 
 
 @kernel
@@ -298,7 +298,8 @@ class ContactElement:
         self._arrays = ContactArrays(step, record(partners), own, last, self.load)
         self._q, self._v = vectors = np.zeros((2, PER_BODY))
         force, follow, change = kernels
-        numbers = (0.0,) * (2 * PER_BODY)
+        # The guide of a slider may be the frame's, which has no coordinates
+        numbers = (0.0,) * (PER_BODY if self.bodies[1] == FRAME else 2 * PER_BODY)
         self._force = machine_code(force, numbers, numbers, self._arrays)
         self._follow = machine_code(follow, 0.0, *vectors, 0.0, rows.start, self._arrays)
         self._change = machine_code(change, *vectors, self._arrays)
@@ -306,18 +307,21 @@ class ContactElement:
 
     def _user_function(self) -> ForceUserFunction:
         force: Callable[..., tuple[float, ...]] = self._force
-        arrays, rest = self._arrays, (0.0,) * PER_BODY
-        # The frame has no coordinates, and takes no load
-        before, after = (rest if body == FRAME else () for body in self.bodies)
-        own = slice(len(before), 2 * PER_BODY - len(after))
+        arrays, first_is_frame = self._arrays, self.bodies[0] == FRAME
+        rest, own = ((0.0,) * PER_BODY, slice(PER_BODY, None)) if first_is_frame else ((), slice(PER_BODY))
 
         def user_function(
             _mbs: Any, _t: float, _number: int, q: list[float], v: list[float]
         ) -> tuple[float, ...]:
             # Exudyn passes lists, which numba would copy element by element: tuples are 7 us faster a call
-            return force((*before, *q, *after), (*before, *v, *after), arrays)[own]
+            return force(tuple(q), tuple(v), arrays)
 
-        return user_function
+        def beside_frame(
+            _mbs: Any, _t: float, _number: int, q: list[float], v: list[float]
+        ) -> tuple[float, ...]:
+            return force((*rest, *q), (*rest, *v), arrays)[own]
+
+        return beside_frame if FRAME in self.bodies else user_function
 
     def attach(self, q: Array, v: Array) -> None:
         """Read all further states from these vectors of all bodies, shape (3 n,)."""

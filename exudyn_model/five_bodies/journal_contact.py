@@ -12,7 +12,13 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.clearances import JournalMotion, bearing_load, journal_forces, journal_motion
+from exudyn_model.clearances import (
+    JournalMotion,
+    bearing_load,
+    journal_forces,
+    journal_motion,
+    touches_at_start,
+)
 from exudyn_model.five_bodies.contact import (
     ANGLE,
     ContactArrays,
@@ -130,7 +136,7 @@ class JournalElement(ContactElement):
         """Begin the contact if it is closed at t = 0."""
         contact = self._arrays.contacts
         motion = cast(Any, journal_motion).py_func(*self._in_bearing(self._q, self._v), self.law)
-        if motion.gap < 0.0:
+        if touches_at_start(motion.gap, motion.rate):
             contact["impact_speed"] = max(-motion.rate, self.law.speed_floor)
             contact["name"] = self.rows.start
         contact["regime"] = cast(Any, slip_regime).py_func(motion.slip, self.law)

@@ -17,6 +17,7 @@ from exudyn_model.clearances import (
 )
 from exudyn_model.five_bodies.contact import (
     ANGLE,
+    AT_REST,
     NEVER,
     ContactArrays,
     ContactElement,
@@ -120,10 +121,14 @@ def guide_loads(load: Triple, across: tuple[float, float], q: Pair, guide: Partn
 
 
 @entry
-def slider_force(q: Six, v: Six, arrays: ContactArrays) -> Six:
-    """Return force of all corners and moment about the centre on a slider, then on its guide (N, N m)."""
-    step, guide, contacts, own = arrays.step[0], arrays.partners[0], arrays.contacts, (q[:3], q[3:])
-    motion, across = guide_motion(own, (v[:3], v[3:]), guide)
+def slider_force(q: Any, v: Any, arrays: ContactArrays) -> Six:
+    """Return force of all corners and moment about the centre on a slider, then on its guide (N, N m).
+
+    ``q`` and ``v`` are of the slider, then of the guide's body; of the slider alone if that is the frame.
+    """
+    step, guide, contacts = arrays.step[0], arrays.partners[0], arrays.contacts
+    own = q[:3], (q + AT_REST)[3:6]
+    motion, across = guide_motion(own, (v[:3], (v + AT_REST)[3:6]), guide)
     law = guide.law
     fx, fy, moment = 0.0, 0.0, 0.0
     for side in range(2):

@@ -2,6 +2,7 @@
 
 import json
 
+import pandas as pd
 import pytest
 
 
@@ -34,6 +35,25 @@ def test_a_singular_position_ends_as_what_cannot_be_compared(sixbar):
         "utf-8"
     ).count("\n") > 50
     assert "singular" in (sixbar.folder / "report/junit.xml").read_text("utf-8")
+
+
+def test_two_corners_that_touch_at_once_are_listed_by_both_models(sixbar):
+    """The first contact of the free slider-crank of Flores, Leine and Glocker: in flight it is smooth."""
+    few = ["--set", "output.duration=3e-3", "--set", "output.samples=300", "--set", "solver.exudyn.step=1e-7"]
+    record = json.loads(sixbar("validate", "slider-crank", *few, "--out", "report", "--json").out)
+    (scene,) = record["scenes"]
+    assert (scene["verdict"], record["exit_code"]) == ("agree", 0)
+    assert scene["channels"]["G.ll_gap"]["scale"] == 1e-3
+    tables = sorted((sixbar.folder / "report/tables").glob("*.events.csv"))
+    events = [pd.read_csv(path) for path in tables]
+    assert len(events) == 2
+    for each in events:
+        first = each.sort_values("start").head(2)
+        assert {*first["corner"]} == {"G.ll", "G.ul"}
+        assert first["start"].tolist() == pytest.approx([2.692503e-3] * 2, abs=1e-7)
+    page = (sixbar.folder / "report/report.html").read_text("utf-8")
+    assert "G: 1\N{NO-BREAK SPACE}mm" in page  # the clearance enlarged
+    assert page.count("G.ul") > 1  # of the table of contacts
 
 
 def test_tables_of_a_linkage_are_compared_plotted_and_swept(sixbar):

@@ -39,7 +39,7 @@ def corners_force(press, state, contacts, length=LENGTH, tick=0.0):
     guide = Partners(4, 0.0, 0.0, FRAME, 0.0, 0.0, 0.0, 0.0, press.exudyn.guide)
     arrays = ContactArrays(step, record(guide), contacts, np.zeros(4, BEFORE), np.zeros(6))
     at = x - press.exudyn.mechanism.guide_x, y, angle
-    return slider_force((*at, *np.zeros(3)), (*rates, *np.zeros(3)), arrays)[:3]
+    return slider_force(at, tuple(rates), arrays)[:3]
 
 
 DAMPING_MODELS = [{"contact.damping_model": name} for name in ("hunt-crossley", "flores", "gonthier")]

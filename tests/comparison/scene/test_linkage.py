@@ -82,7 +82,7 @@ def test_a_new_file_is_its_linkage(name, tmp_path) -> None:
         ("clearance.D.size", 1e-4, "clearance.D = 'D' is no pin or guide; there are O, A, B, C"),
         ("clearance.A", {"size": 1e-4, "width": 0.1}, "clearance.A.width = 0.1 m is for a guide"),
         ("clearance.A", {"size": 1e-4, "offset": 1e-5}, "clearance.A.offset = 1e-05 m must be [x, y]"),
-        ("clearance.A", {"size": 1e-4, "offset": [1, "x"]}, "must be a number, or [x, y]"),
+        ("clearance.A", {"size": 1e-4, "offset": [1, "x"]}, "clearance.A.offset.1 = 'x' must be a number"),
         ("clearance.A", {"size": 1e-4, "offset": [1e-4, 1e-4]}, "starts 4.14e-05 m beyond the gap"),
         (
             "clearance.A",

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from comparison.accuracy.refine import levels
 from comparison.execution.sides import Run
 from comparison.report.page import render
 from comparison.scene import load_scene
@@ -82,6 +83,10 @@ def test_two_models_with_clearances_are_judged_by_their_gaps_and_list_their_cont
     assert moved["clearance"]["G"]["offset"] == 1e-9
     assert moved["clearance"]["G"]["tilt_deg"] == pytest.approx(math.degrees(1e-3))
     assert moved["solver"]["reference"]["tolerance"] == pytest.approx(1e-9)
+    gated = levels(scene, "reference")  # what the gate runs
+    for name, sign in (("perturbed", 1), ("other_perturbed", -1)):
+        assert gated[name].data["clearance"]["O"]["offset"] == pytest.approx([1e-13, sign * 1e-13])
+        assert gated[name].data["clearance"]["G"]["offset"] == pytest.approx(2e-13)
 
 
 @pytest.mark.usefixtures("fake_models")
