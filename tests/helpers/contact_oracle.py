@@ -54,7 +54,7 @@ class Contact:
         ramp = min(max((abs(slip) - v0) / (self.friction["transition_speed"] - v0), 0.0), 1.0)
         return normal, -math.copysign(mu * ramp * normal, slip), elastic
 
-    def switch(self, t, depth, rate, impulse):
+    def switch(self, t, rate, impulse):
         if self.impact is None:
             self.impact = max(rate, self.contact["impact_speed_floor"])
             row = {"corner": self.name, "start": t, "end": math.inf, "normal_speed": self.impact}
@@ -92,7 +92,7 @@ class March:
     def derivative(self, t, state):
         try:
             look = self.look(t, state)
-        except LostError:  # a trial too far
+        except (LostError, np.linalg.LinAlgError):  # a trial too far
             return np.full(len(state), np.nan)
         forces = [contact.force(*gap) for contact, gap in zip(self.contacts, look.gaps, strict=True)]
         change, power, heat = self.system.accelerate(look, forces)
@@ -101,8 +101,11 @@ class March:
         return np.concatenate([state[len(change) : 2 * len(change)], change, sums])
 
     def solver(self, t, state, until):
-        options = {"rtol": self.tolerance, "atol": self.tolerance / 100}
-        return DOP853(self.derivative, t, state, until, first_step=min(self.step, abs(until - t)), **options)
+        # Of the rates by what rounding of a depth gives a light body of a stiff contact.
+        f, rtol = len(self.system.free), self.tolerance
+        atol = rtol * np.concatenate([np.full(f, 0.01), np.full(f, 100.0), np.ones(len(self.sums))])
+        options = {"rtol": rtol, "atol": atol, "first_step": min(self.step, abs(until - t))}
+        return DOP853(self.derivative, t, state, until, **options)
 
     def advance(self, look, until):
         """Return the look at `until` or at the first touch or separation before it."""
@@ -154,7 +157,7 @@ class March:
             depth, rate, _ = look.gaps[k]
             when -= depth / rate if abs(depth) < 1e-9 * abs(rate) else 0
         self.sums, self.step = state[-len(self.sums) :], 1e-8
-        self.contacts[k].switch(t, depth, rate, self.sums[3 + k])
+        self.contacts[k].switch(t, rate, self.sums[3 + k])
         return look
 
 
@@ -168,7 +171,7 @@ def solve(system, grid=None, tolerance=1e-13, contacts=math.inf):
             rows.append({"time": after} | system.sample(look, march.sums))
     for contact, impulse in zip(system.contacts, march.sums[3:], strict=True):
         if contact.impact:
-            contact.switch(look.t, 0, 0, impulse)
+            contact.switch(look.t, 0, impulse)
     events = sorted(
         (event for c in system.contacts for event in c.events), key=lambda e: round(e["start"], 12)
     )
@@ -296,7 +299,7 @@ class Bodies:
         return look.pose[self.free], look.velocity[self.free]
 
     def look(self, t, z, dz):
-        """Return the linkage at independent coordinates: depth, rate, slip of contacts, rows of the last two."""
+        """Return the linkage at given coordinates: depth, rate, slip of contacts, rows of the last two."""
         n, free, bound = len(self.mass), self.free, self.bound
         pose = self.near + self.slope @ (z - self.near[free])
         pose[free], step = z, np.ones(1)
@@ -463,40 +466,22 @@ def velocity_row(row, b, way, arm):
 
 
 class SliderCrank:
-    """A slider-crank with its guide along x: rods with centroids on their axes, the slider pinned at its own.
+    """A slider-crank with its guide along x, centroids of rods on their axes, the slider pinned at its own.
 
-    Its coordinates are the crank's and the rod's angle, and the slider's angle (guide loose) or travel (crank pin).
+    Its coordinates are the rods' angles, and the slider's angle (guide loose) or travel (crank pin loose).
     """
 
     def __init__(self, scene):
         self.scene, self.contacts = scene, contacts_of(scene)
         rods = [scene["body"][name] for name in ("crank", "rod")]
-        self.m, self.J = np.transpose(
-            [[body["mass"], body["inertia"]] for body in (*rods, scene["body"]["slider"])]
-        )
+        self.m, self.J = ([body[key] for body in scene["body"].values()] for key in ("mass", "inertia"))
         (self.L1, self.c1), (self.L2, self.c2) = ((rod["length"], rod["centroid"][0]) for rod in rods)
         self.O, self.height = complex(*scene["pin"]["O"]["point"]), 1j * scene["guide"]["G"]["point"][1]
         self.loose, self.rate = "G" in scene["clearance"], scene["drive"].get("speed_rpm", 0.0) * math.pi / 30
         self.free = [1, 2] if self.rate else [0, 1, 2]
-        self.angle = math.radians(scene["initial"]["crank"]["angle_deg"])
-        omega = self.rate or scene["initial"]["crank"].get("omega", 0.0)
-        (row,), tip, end, moved = (
-            scene["clearance"].values(),
-            self.O + self.L1 * cmath.exp(1j * self.angle),
-            self.height,
-            0j,
-        )
-        turned = 1j * omega * (tip - self.O)
-        if self.loose:
-            end, moved = end + 1j * row["offset"], 1j * row["offset_rate"]
-        else:
-            tip, turned = tip - complex(*row["offset"]), turned - complex(*row["offset_rate"])
-        rod = math.asin((end - tip).imag / self.L2)  # the slider to the right
-        turn, reach = (moved - turned).imag / (self.L2 * math.cos(rod)), self.L2 * cmath.exp(1j * rod)
-        last = (tip + reach).real, (turned + 1j * turn * reach).real
-        if self.loose:
-            last = math.radians(row["tilt_deg"]), row["tilt_rate"]
-        z, dz = np.array([self.angle, rod, last[0]]), np.array([omega, turn, last[1]])
+        start = Bodies(scene).start
+        k = [2, 5, 8 if self.loose else 6]
+        self.angle, z, dz = start.pose[2], start.pose[k], start.velocity[k]
         self.start = self.look(0.0, z[self.free], dz[self.free])
 
     def begin(self, look):
@@ -544,5 +529,5 @@ class SliderCrank:
             Q += slid * along - normal * row
         return np.linalg.solve(M[np.ix_(self.free, self.free)], Q[self.free]), 0.0, 0.0
 
-    def sample(self, look, sums):
+    def sample(self, look, _):
         return dict(enumerate(look.z))
