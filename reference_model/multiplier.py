@@ -348,9 +348,8 @@ def push_contacts(model: Linkage, v: Array, modes: Records, touches: Records) ->
 
     Write the states of their contacts; return the power lost by damping and by friction, W.
     """
-    phi, rate, applied, jacobian, damping, friction = (
-        model.phi, model.rate, model.applied, model.jacobian, 0.0, 0.0,
-    )  # fmt: skip
+    phi, rate, applied, jacobian = model.phi, model.rate, model.applied, model.jacobian
+    damping = friction = 0.0
     for k in range(model.loose.shape[0]):
         (first, row, pin), pulls = model.loose[k], model.pulls[model.springs.shape[0] + 2 * k :]
         if pin < 0:

@@ -110,8 +110,7 @@ def read_linkage(scene: Mapping[str, Any]) -> Assembly:
     size = max(math.dist(a, b) for own in places for a in own for b in own) or 1.0
     start, contacts = _start(build({}, {}), size, scene), dict[str, Contact]()
     for name, clearance in clearances.items():
-        body = [*bodies][(pins | guides)[name][0]]
-        contacts |= read_clearance(name, clearance, bodies[body])
+        contacts |= read_clearance(name, clearance, bodies[[*bodies][(pins | guides)[name][0]]])
     model = build(clearances, contacts)
     units, _ = _units(model, size)
     smallest = _singular(jacobian(model, start[: model.masses.size]) * units).min(initial=np.inf)
