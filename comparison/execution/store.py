@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from platformdirs import user_cache_path
 
 from comparison.files import FolderError, check_folder, check_size, json_text, replacing
@@ -62,13 +61,14 @@ def fetch(key: str) -> Table | None:
         parts: dict[str, Any] = dict(file)
     record = json.loads(parts.pop("record").tobytes())
     for name, rows in parts.items():
-        columns = {field: np.ascontiguousarray(rows[field]) for field in rows.dtype.names}
-        parts[name] = columns if name in _COLUMNS else pd.DataFrame(columns)
+        parts[name] = {field: np.ascontiguousarray(rows[field]) for field in rows.dtype.names}
     return Table(**parts, extrema=record.pop("extrema"), provenance=record)
 
 
 def keep(key: str, table: Table) -> None:
     """Store a run; do nothing if that is impossible."""
+    import pandas as pd
+
     packed = io.BytesIO()
     record = json_text({**table.provenance, "extrema": table.extrema}).encode()
     parts: dict[str, Any] = {
