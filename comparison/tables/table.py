@@ -47,17 +47,12 @@ class _Frame:
     Importing pandas takes longer than most runs; a run that is only checked and written does without.
     """
 
-    def __init__(self, *default: None) -> None:
-        self.default = default
-
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name
 
     def __get__(self, table: Table | None, owner: type) -> Any:
-        if table is None:  # a dataclass asks for the default
-            if self.default:
-                return None
-            raise AttributeError(self.name)
+        if table is None:
+            return None  # the default, for which the dataclass asks
         if isinstance(part := table.__dict__[self.name], dict):
             import pandas as pd
 
@@ -74,7 +69,7 @@ class Table:
 
     frame: pd.DataFrame = _Frame()  # type: ignore[assignment]
     """``time`` (s) first, then one column per channel."""
-    events: pd.DataFrame | None = _Frame(None)  # type: ignore[assignment]
+    events: pd.DataFrame | None = _Frame()  # type: ignore[assignment]
     """One row per contact, or None where the source has no events."""
     extrema: dict[str, dict[str, float]] = field(default_factory=dict)
     """Channel -> min, time_of_min, max, time_of_max over integration steps, whatever the samples."""
@@ -86,7 +81,7 @@ class Table:
     """Normal forces of the events in time, or None where the source has none."""
     cycle_extrema: Columns | None = None
     """The extrema of each crank cycle, such as ``slider_ay_time_of_min``, shape (cycles,); or None."""
-    dense: pd.DataFrame | None = _Frame(None)  # type: ignore[assignment]
+    dense: pd.DataFrame | None = _Frame()  # type: ignore[assignment]
     """The columns ``time`` and `ALONG_GUIDE` at more times than ``frame`` has; or None."""
 
     @classmethod
@@ -95,7 +90,7 @@ class Table:
         if fault := next(result_faults(result), ""):
             raise TableError(f"the model's {fault}")
         try:
-            frame, events = (_consistent(part) for part in (result.columns, result.events))
+            frame, events = (_arrays(part) for part in (result.columns, result.events))
         except ValueError as error:
             raise TableError(f"the model's columns are inconsistent: {error}") from error
         pulses = getattr(result, "pulses", None)
@@ -132,7 +127,7 @@ class Table:
 
     @property
     def columns(self) -> Mapping[Any, Any]:
-        """Columns of the frame by name, as pandas' or as arrays."""
+        """Columns by name, as pandas' or as arrays."""
         return self.__dict__["frame"]  # type: ignore[no-any-return]
 
     @property
@@ -177,16 +172,12 @@ class Table:
         return table
 
 
-def _consistent(part: dict[str, Any]) -> Any:
-    """Return plain arrays of one length as they are, all else as a frame; a ValueError if it is none."""
-    arrays = list(part.values())
-    if all(isinstance(each, np.ndarray) and each.ndim == 1 and each.dtype.kind in "fiuU" for each in arrays):
-        if len({each.size for each in arrays}) > 1:
-            raise ValueError("All arrays must be of the same length")
-        return part
-    import pandas as pd
-
-    return pd.DataFrame(part)
+def _arrays(part: dict[str, Any]) -> Any:
+    arrays = {name: np.asarray(column) for name, column in part.items()}
+    shapes = {array.shape for array in arrays.values()}
+    if [len(shape) for shape in shapes] not in ([], [1]):
+        raise ValueError("all arrays must be of the same length, shape (n,)")
+    return arrays
 
 
 def check(
@@ -230,11 +221,11 @@ def _faults(table: Table, channels: Sequence[str], span: tuple[float, float] | N
         own, wanted = spans(float(time[0]), float(time[-1]), *span)
         yield f"truncated: it spans {own} and must span {wanted}"
     contacts = table.contacts
-    if contacts is not None and rows(contacts):
+    count = 0 if contacts is None else rows(contacts)
+    if contacts is not None and count:
         yield from _event_faults(contacts, time[0], time[-1], 0.5 * float(np.median(steps)))
     for name in ("pulses", "cycle_extrema"):
         yield from (f"its {fault}" for fault in _array_faults(name, getattr(table, name) or {}))
-    count = 0 if contacts is None else rows(contacts)
     row = (table.pulses or {"row": np.empty(0)})["row"]
     for n in _first((row < 0) | (row >= count)):
         yield f"its pulses: row {row[n]} is none of {count} events"
@@ -355,22 +346,13 @@ def thinned(pulses: Columns) -> Columns:
     All samples of a short contact are kept, and the first ones of a very long one: there its impact is.
     """
     row, force = pulses["row"].astype(np.int64), pulses["force"].astype(np.float64)
-    first, count = _runs(np.diff(row) != 0)
-    place = np.arange(row.size) - first
+    _, first, of, counts = np.unique(row, return_index=True, return_inverse=True, return_counts=True)
+    place, count = np.arange(row.size) - first[of], counts[of]
     parts = np.where(count <= _KEPT, count, np.where(count < _LONG, _KEPT // 2, 3 * _KEPT))
     kept = (place == count - 1) | (place < np.where(count < _LONG, 1, _KEPT))
-    of_part, _ = _runs((np.diff(row) != 0) | (np.diff(place * parts // count) != 0))
-    starts = np.unique(of_part)
-    for extreme in (np.minimum, np.maximum):
-        reached = force == extreme.reduceat(force, starts)[np.searchsorted(starts, of_part)]
-        places = np.flatnonzero(reached)
-        kept[places[np.unique(of_part[places], return_index=True)[1]]] = True  # the first of equal ones
+    part = row * (3 * _KEPT) + place * parts // count
+    starts = np.unique(part, return_index=True)[1]
+    for by in (force, -force):
+        kept[np.lexsort((by, part))[starts]] = True  # of equal ones the first
     columns = pulses | {"row": row, "time": pulses["time"].astype(np.float64), "force": force}
     return {name: column[kept] for name, column in columns.items()}
-
-
-def _runs(ends: BoolArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return of each place the first one of its run and the length of that; ``ends`` of all but the last."""
-    starts = np.concatenate([[0], np.flatnonzero(ends) + 1])
-    lengths = np.diff(np.append(starts, ends.size + 1))
-    return np.repeat(starts, lengths), np.repeat(lengths, lengths)
