@@ -46,7 +46,7 @@ def side_motion(contact: Contact, one: Touch, other: Touch) -> tuple[float, floa
     Where neither corner is inside there is no force, and the deeper one has the share of a touch: all.
     """
     d1, d2 = -one.gap, -other.gap
-    f1, f2, _ = side_force(contact, d1, d2, True)
+    f1, f2, _ = side_force(contact, d1, d2, contact.one_side)
     share = f1 / (f1 + f2) if f1 + f2 > 0.0 else (1.0 if d1 > d2 else 0.0)
     rate = share * one.rate + (1.0 - share) * other.rate
     return share, rate, share * one.slip + (1.0 - share) * other.slip
@@ -85,7 +85,7 @@ def slider_forces(
             continue
         d1, d2 = -one.gap, -other.gap
         if contact.one_side:
-            f1, f2, one.stored = side_force(contact, d1, d2, True)
+            f1, f2, one.stored = side_force(contact, d1, d2, contact.one_side)
             share, gap_rate, slip = side_motion(contact, one, other)
             keeper = lower if closed1 else upper
             normal, tangential = point_contact(contact, modes[keeper], f1 + f2, max(d1, d2), gap_rate, slip)

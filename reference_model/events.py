@@ -157,7 +157,7 @@ def crossing(values: Array) -> float:
     return hi
 
 
-@inlined
+@inner  # with the flags of `evaluate_nodes`, for which numba would compile `tabulate` once more
 def first_end(model: Model, t: float, h: float, run: Run) -> tuple[float, int]:
     """Return at which share of a step a margin first turns negative, and its place.
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from reference_model.compiled import inlined, inner, kernel
+from reference_model.compiled import inlined, inner, kernel, merged
 from reference_model.dop853 import (
     END,
     FIRST,
@@ -69,7 +69,7 @@ def nothing_touches(modes: Records) -> bool:
     return closed == 0.0
 
 
-@inlined
+@merged
 def prepare_dense_output(model: Model, t: float, h: float, run: Run) -> None:
     """Prepare the dense output of a step from `t` of length `h` (s)."""
     evaluate_nodes(model, t, h, FIRST_DENSE, LAST_DENSE, run.modes, run.nodes)
@@ -77,7 +77,7 @@ def prepare_dense_output(model: Model, t: float, h: float, run: Run) -> None:
     run.counters[0].evaluations += 3
 
 
-@inlined
+@merged
 def attempt(
     model: Model, run: Run, settings: Settings, t: float, h: float
 ) -> tuple[float, float, int, bool, float]:
@@ -118,7 +118,7 @@ def attempt(
     return h, error, place, False, next_h
 
 
-@inlined
+@merged
 def accept(model: Model, run: Run, t: float, h: float, is_dense: bool) -> None:
     """Record a step from `t` of length `h` (s), and go on to its end."""
     nodes, counters, instants = run.nodes, run.counters[0], run.instants
@@ -143,7 +143,7 @@ def accept(model: Model, run: Run, t: float, h: float, is_dense: bool) -> None:
     nodes.slider[0] = nodes.slider[END]
 
 
-@inlined
+@merged
 def change_mode(model: Model, run: Run, t: float, h: float, place: int, tolerance: float) -> float:
     """Change the mode whose margin ended at `t` (s); return the step (s) to take then instead of `h`."""
     modes, clock, k = run.modes, run.clock[0], place // MARGINS

@@ -8,7 +8,7 @@ dense output.
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_model.compiled import constant, inlined, inner
+from reference_model.compiled import constant, inlined, inner, merged
 from reference_model.contact import normal_force
 from reference_model.dop853 import END, POINT, SHARES, dense, evaluate_nodes
 from reference_model.formulations import Model
@@ -160,7 +160,7 @@ def find_top(model: Model, run: Run, t: float, h: float, place: int) -> float:
     return top(run.parts)
 
 
-@inlined
+@merged
 def record_peaks(model: Model, run: Run, t: float, h: float) -> None:
     """Record the step from `t` to t + h (s, in the cycle) where a depth or a force is largest within it.
 

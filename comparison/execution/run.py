@@ -19,7 +19,7 @@ from comparison.models import check as check_scene
 from comparison.scene import Scene, SceneError, digest
 from comparison.scene.loading import heavy_load
 from comparison.tables.channels import ALONG_GUIDE, expected
-from comparison.tables.table import SAME_GRID, Table, TableError, check
+from comparison.tables.table import SAME_GRID, Table, TableError, check, rows
 
 VIOLATED = "invariant-violated"
 """Status of a run that violates an invariant of its model; its table is complete but invalid."""
@@ -273,10 +273,7 @@ def _load_line(job: Job) -> str:
 def _with_scene(outcome: Outcome, scene: Scene) -> Outcome:
     """Record the complete scene in the tables, so that `sixbar compare` finds it beside them."""
     record = {"scene_hash": scene.hash, "scene": scene.data}
-    whole, part = (
-        table and replace(table, provenance={**table.provenance, **record})
-        for table in (outcome.table, outcome.partial)
-    )
+    whole, part = (table and table.with_record(record) for table in (outcome.table, outcome.partial))
     return replace(outcome, table=whole, partial=part)
 
 
@@ -292,8 +289,8 @@ MUCH_DRIFT = 1e-6
 
 def steps_per_contact(table: Table) -> float:
     """Return steps per contact, their median weighted by peak force; nan without contacts or a fixed step."""
-    step, contacts = table.provenance.get("settings", {}).get("step_used"), table.events
-    if step is None or contacts is None or not len(contacts):
+    step, contacts = table.provenance.get("settings", {}).get("step_used"), table.contacts
+    if step is None or contacts is None or not rows(contacts):
         return nan
     lengths = np.asarray(contacts["end"] - contacts["start"], dtype=np.float64)
     forces = np.asarray(contacts["peak_force"], dtype=np.float64)
@@ -315,12 +312,12 @@ def energy_share(table: Table) -> float:
 
 def contact_warnings(table: Table) -> list[str]:
     """Return a line if a measure of a contact is zero in every contact: the model does not record it."""
-    events = table.events
-    if events is None or not len(events):
+    events = table.contacts
+    if events is None or not (count := rows(events)):
         return []
     measures = ("normal_speed", "impulse", "peak_force", "largest_depth")
-    zero = [name for name in measures if name in events and not events[name].to_numpy().any()]
-    line = f"{', '.join(zero)} of all its {len(events)} contacts are zero: these are not recorded, it seems"
+    zero = [name for name in measures if name in events and not np.any(events[name])]
+    line = f"{', '.join(zero)} of all its {count} contacts are zero: these are not recorded, it seems"
     return [line] if zero else []
 
 
@@ -345,9 +342,9 @@ def quality_warnings(table: Table) -> list[str]:
         )
     lines += contact_warnings(table)
     radius = table.provenance.get("scene", {}).get("contact", {}).get("corner_radius")
-    if radius is not None and table.events is not None:
-        depth = float(table.events["largest_depth"][table.events["corner"] != "pin"].max())
-        if depth > radius:  # nan without a contact
+    if radius is not None and (contacts := table.contacts) is not None:
+        depths = np.asarray(contacts["largest_depth"])[np.asarray(contacts["corner"]) != "pin"]
+        if (depth := float(depths.max(initial=0.0))) > radius:
             lines.append(
                 f"a corner is pressed {quantity(depth, 'm')} into the wall, deeper than its radius "
                 f"contact.corner_radius = {radius:g} m: the contact law is not valid there"

@@ -21,7 +21,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 from platformdirs import user_cache_path
 from pydantic import BaseModel
@@ -142,6 +141,8 @@ def packed(value: Any) -> bytes:
     It consists of what JSON has, of tuples, arrays and data frames, and of this package's dataclasses, named
     tuples, enumerations and models of pydantic; a `TypeError` for anything else.
     """
+    import pandas as pd  # which a run that is only written does without
+
     places: dict[bytes, int] = {}
     end = 0
 
@@ -202,6 +203,8 @@ def _fields(record: Any) -> Any:
 
 def unpacked(content: bytes) -> Any:
     """Return the result that `packed` made bytes of; its arrays are read-only."""
+    import pandas as pd
+
     begin = _ALIGNED + int.from_bytes(content[:_ALIGNED])
 
     def array(dtype: str, shape: list[int], place: int) -> NDArray[Any]:
