@@ -246,7 +246,7 @@ def _attempt(job: Job, progress: Progress | None) -> Outcome:
         if "clearance" not in scene.data:  # a linkage without contacts
             table = replace(table, events=None)
         if result.status == "success":
-            own = replace(table, provenance=table.provenance | {"scene": scene.data})
+            own = table.with_record({"scene": scene.data})
             check(own, expected(scene.data), (0.0, scene.duration), name=f"the {job.model} run")
         if job.dense:
             table = at_own_samples(table, job.scene)
