@@ -116,12 +116,12 @@ def validate(
     >>> result.comparison.verdict, result.comparison.reliability.verdict
     ('agree', 'agree')
     """
-    crashed = False
+    failed = False
 
     def start(jobs: Sequence[Job]) -> list[Outcome]:
-        nonlocal crashed
+        nonlocal failed
         outcomes = run_all(jobs, n_jobs, on_progress)
-        crashed |= any(outcome.status == "crashed" for outcome in outcomes)
+        failed |= any(outcome.table is None and outcome.partial is None for outcome in outcomes)
         return outcomes
 
     several: Iterable[Any] = [scenes]
@@ -150,8 +150,8 @@ def validate(
         if result is None:
             result = case.validate(*({which: next(outcomes) for which in jobs} for jobs in case.jobs))
             reliability = result.comparison.reliability
-            # A process that died may live the next time.
-            if not (result.comparison.error or crashed or (reliability and reliability.missing)):
+            # What failed but for a status of the model's own may succeed the next time.
+            if not (result.comparison.error or failed or (reliability and reliability.missing)):
                 keep(key, result)
         if case.tier == "tight":
             standard = results.pop()
