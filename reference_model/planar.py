@@ -167,14 +167,18 @@ def _start(model: Linkage, size: float, scene: Mapping[str, Any]) -> Array:
         q[k] = value
     units, fixed, at = np.array([size, size, 1.0] * (columns // 3)), np.eye(columns), [*known]
     (ratio, row_units), (places, shifts) = _units(model, size), _offsets(scene, rows)
-    for _ in range(100):
-        matrix = np.vstack([jacobian(model, q) * ratio, fixed[at]])
-        errors = np.append((model.phi[:rows] - places) / row_units, (q[at] - [*known.values()]) / units[at])
-        wrong = float(np.abs(errors).max(initial=0.0))
-        if wrong <= 0.01 * _ASSEMBLED or not math.isfinite(wrong):
-            break
-        step = np.linalg.lstsq(matrix, errors)[0]
-        q -= units * step / max(1.0, np.abs(step[2::3]).max())
+    # First with ideal joints, whose assembly it is that the guess chooses.
+    for target in [0.0 * places, places] if places.any() else [places]:
+        for _ in range(100):
+            matrix = np.vstack([jacobian(model, q) * ratio, fixed[at]])
+            errors = np.append(
+                (model.phi[:rows] - target) / row_units, (q[at] - [*known.values()]) / units[at]
+            )
+            wrong = float(np.abs(errors).max(initial=0.0))
+            if wrong <= 0.01 * _ASSEMBLED or not math.isfinite(wrong):
+                break
+            step = np.linalg.lstsq(matrix, errors)[0]
+            q -= units * step / max(1.0, np.abs(step[2::3]).max())
     dependent, assembled = rows - _rank(matrix[:rows]), wrong <= _ASSEMBLED
     if dependent and (assembled or free < 0):
         count = f"{dependent} of {rows} rows of the constraints are dependent at the start"

@@ -153,7 +153,9 @@ def advance(
             for k in range(model.masses.size):
                 speed = abs(y[END, model.masses.size + k])
                 moves += model.masses[k] * speed * (1.0 + 0.5 * speed)
-            error = max(error, dop853.error_norm(h, dy[:, free:], WORKS, WORK * settings.tolerance * moves))
+            if moves > 0.0:
+                scale = WORK * settings.tolerance * moves
+                error = max(error, dop853.error_norm(h, dy[:, free:], WORKS, scale))
         factor = math.pow(error, -0.125) if 0.0 < error < math.inf else 4.0 if error == 0.0 else 0.0
         if error <= 1.0:
             first, last, angle = nodes.slider[0], nodes.slider[END], -(y[START, turn] % (2.0 * math.pi))
