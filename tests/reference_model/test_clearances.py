@@ -35,6 +35,13 @@ def test_the_published_slider_crank_first_touches_with_two_corners_at_once():
     assert np.abs(columns["G.force"]).max() > 100.0
 
 
+def test_a_linkage_on_which_nothing_acts_stays_at_rest():
+    initial = {"rod": {"angle_deg": 20.0}}
+    scene = linkage({"rod": rod()}, gravity=0.0, pin=pins(((0.0, 0.0), "rod.start")), initial=initial)
+    columns = success(scene | {"clearance": {"P0": loose_pin(1e-3)}}).columns
+    assert np.ptp(columns["rod.x"]) == np.ptp(columns["rod.angle"]) == 0.0
+
+
 PRESS = {
     "slider": ("multiplier", {}, 0.5),
     "adams-impact": ("multiplier", {"contact.law": "adams-impact"}, 0.5),
