@@ -267,6 +267,14 @@ class Impacts:
     peak_force_error: float
 
 
+def touched(*tables: pd.DataFrame | None) -> list[str]:
+    """Return the places of the contacts in event tables: the press's in their order, then others."""
+    seen = dict.fromkeys(
+        place for table in tables if table is not None and len(table) for place in table["corner"]
+    )
+    return sorted(map(str, seen), key=lambda place: [*CONTACTS, place].index(place))
+
+
 def match(a: pd.DataFrame, b: pd.DataFrame, window: float) -> IntArray:
     """Match the contacts of two event tables one to one: rows of a and b, by a's starts, shape (m, 2).
 
@@ -274,7 +282,7 @@ def match(a: pd.DataFrame, b: pd.DataFrame, window: float) -> IntArray:
     table to the other's (of two equally near the earlier), and both are at most ``window`` apart.
     """
     matched = [np.empty((0, 2), dtype=np.intp)]
-    for place in CONTACTS:
+    for place in touched(a, b):
         (rows_a, starts_a), (rows_b, starts_b) = starts_at(a, place), starts_at(b, place)
         if rows_a.size and rows_b.size:
             partner = _nearest(starts_a, starts_b)
@@ -426,7 +434,7 @@ def parting_contact(
     def near(instants: Array, starts: Array) -> BoolArray:
         return np.searchsorted(starts, instants + window) > np.searchsorted(starts, instants - window)
 
-    for corner in CONTACTS:
+    for corner in touched(*groups[0], *groups[1]):
         starts = [[starts_at(events, corner)[1] for events in group] for group in groups]
         candidates = np.concatenate([own for group in starts for own in group])
         candidates = candidates[candidates <= until]

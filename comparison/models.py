@@ -89,7 +89,7 @@ def plan_of(model: str, scene: Mapping[str, Any]) -> dict[str, Any]:
     """Return a model's plan of a scene, by its function's ``plan``; raises as `check`.
 
     It has ``formulation`` as the model records it, ``bodies``, the numbers of ``coordinates`` and
-    ``constraints``, and possibly a ``note``.
+    ``constraints``, possibly a ``note``; of a linkage ``freedom`` and ``start`` (m, rad) of each body.
     """
     own = getattr(load(model), "plan", None)
     if own is None:
@@ -177,16 +177,21 @@ def is_setting(value: object) -> bool:
     return isinstance(value, str | int) or (isinstance(value, float) and isfinite(value))
 
 
-def fingerprint(name: str) -> str:
+def as_it_is(path: Path) -> str:
+    """Return the hash of a file, of its comments too: a hundredth of the time of `file_hash`."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def fingerprint(name: str, hash_of: Callable[[Path], str] | None = None) -> str:
     """Return the hash of what can change a model: the files of its package, the versions of its imports.
 
     Of models of other packages the versions of all installed distributions count. Other inputs (a program
-    that a model starts, a file in the user's folder) are not detected.
+    that a model starts, a file in the user's folder) are not detected. ``hash_of``: by default `file_hash`.
     """
-    point = find(name)
+    point = OWN.get(name) or find(name)
     total = hashlib.sha256(point.value.encode())
     for place, path in sorted(_files(point.module.partition(".")[0]).items()):
-        total.update(f"{place}\0{file_hash(path)}\0".encode())
+        total.update(f"{place}\0{(hash_of or file_hash)(path)}\0".encode())
     if name in OWN:
         lines = [f"{library} {_version(library)}" for library in _LIBRARIES]
     else:
@@ -214,6 +219,16 @@ def code_hash(*modules: str, root: Path = ROOT) -> str:
     total = hashlib.sha256()
     for path in sorted({path for module in modules for path in closure(module, root)}):
         total.update(f"{path.relative_to(root)}\0{file_hash(path)}\0".encode())
+    return total.hexdigest()
+
+
+@cache
+def package_hash() -> str:
+    """Return the hash of all files of the comparison, comments included, and of what it computes with."""
+    names = ("pandas", "matplotlib", *_LIBRARIES)
+    total = hashlib.sha256(repr((sys.version, *map(_version, names))).encode())
+    for place, path in sorted(_files("comparison").items()):
+        total.update(f"{place}\0{as_it_is(path)}\0".encode())
     return total.hexdigest()
 
 
@@ -249,8 +264,7 @@ def closure(module: str, root: Path = ROOT) -> frozenset[Path]:
 
 def file_hash(path: Path) -> str:
     """Return the hash of a file; for Python files that of the code without comments and docstrings."""
-    content = path.read_bytes()
-    return _code_hash(content) if path.suffix == ".py" else hashlib.sha256(content).hexdigest()
+    return _code_hash(path.read_bytes()) if path.suffix == ".py" else as_it_is(path)
 
 
 @cache
@@ -266,6 +280,7 @@ class _WithoutTexts(ast.NodeTransformer):
         return None if is_text else node
 
 
+@cache
 def _version(package: str) -> str:
     try:
         return version(package)

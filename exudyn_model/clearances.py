@@ -150,6 +150,11 @@ def new_contacts(count: int) -> NDArray[Any]:
     return np.zeros(count, MEMORY)
 
 
+def touches_at_start(gap: float, rate: float) -> bool:
+    """Return whether a contact is closed at t = 0: inside its wall, or on it and moving in (m, m/s)."""
+    return bool(gap < -ROUNDED or (gap <= ROUNDED and rate < -ROUNDED_SPEED))
+
+
 def start_side(side: int, lower: CornerMotion, upper: CornerMotion, contacts: NDArray[Any], law: Law) -> None:
     """Begin at t = 0 the contacts of a side with a corner inside its wall, or on it and moving in.
 
@@ -168,7 +173,7 @@ def start_side(side: int, lower: CornerMotion, upper: CornerMotion, contacts: ND
     touching = [
         row
         for row, corner in ((side, lower), (side + UPPER, upper))
-        if corner.gap < -ROUNDED or (corner.gap <= ROUNDED and corner.rate < -ROUNDED_SPEED)
+        if touches_at_start(corner.gap, corner.rate)
     ]
     if not law.shared:
         for row in touching:

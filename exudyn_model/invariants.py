@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.clearances import ACROSS, ALONG, CORNER_COUNT, UPPER
+from exudyn_model.clearances import ACROSS, ALONG, CORNER_COUNT, CORNERS, UPPER
 from exudyn_model.laws import SWITCHING, Law
 from exudyn_model.parameters import Parameters
 from exudyn_model.tables import LOAD, PIN, Contacts
@@ -189,16 +189,23 @@ def judge_run(
     broken : str
         The worst violation in one line; empty if there is none.
     """
-    worst = {
-        name: (value, time, _place(contacts.names[row]) if contacts.names else "")
-        for name, (value, time, row) in watch.worst.items()
-    }
-    worst["overlap"] = _overlap(contacts, events)
+    worst = contact_violations(watch, contacts, events)
     worst |= {f"constraint-{name}": (*violation, "a constraint") for name, violation in constraints.items()}
     switches = parameters.guide is not None and parameters.guide.number == SWITCHING
     if parameters.integration.energy and not switches:
         worst["energy"] = _energy(columns, extrema)
     return judge(worst, _bounds(parameters, watch, events, settings))
+
+
+def contact_violations(
+    watch: Watch, contacts: Contacts, events: Mapping[str, NDArray[Any]]
+) -> dict[str, tuple[float, float, str]]:
+    """Return the worst violation (value, time in s, place) of each invariant of the contacts."""
+    worst = {
+        name: (value, time, _place(contacts.names[row]) if contacts.names else "")
+        for name, (value, time, row) in watch.worst.items()
+    }
+    return worst | {"overlap": _overlap(contacts, events)}
 
 
 def judge(
@@ -222,21 +229,48 @@ def judge(
     return invariants, broken
 
 
+def contact_bounds(watch: Watch, duration: float, step: float, rounded: float) -> dict[str, float]:
+    """Return the bounds of contacts in implicit steps.
+
+    ``step`` (s) is that in contacts, and ``rounded`` (m) some roundings of the positions.
+    """
+    return _force_bounds(watch, duration) | {
+        # A corner that touches inside a step is no deeper at its end, where its contact begins
+        "open-depth": watch.fastest * step,
+        "start-gap": watch.fastest * step,
+        # A gap that falls below 0 in a step approaches at its start or at its end, to the Newton
+        # iteration's error in positions over the step
+        "leaving-start": rounded / step,
+    }
+
+
+def squared_share(events: Mapping[str, NDArray[Any]], step: float) -> float:
+    """Return the mean square of a step's (s) share of a contact, weighted by impulse.
+
+    A long rest must not hide coarse steps in short impacts.
+    """
+    impulse = np.asarray(events["impulse"], dtype=float)
+    shares = step / np.maximum(events["end"] - events["start"], step)
+    return float(impulse @ shares**2) / float(impulse.sum()) if impulse.sum() > 0.0 else 0.0
+
+
+def _force_bounds(watch: Watch, duration: float) -> dict[str, float]:
+    return {
+        # The law is clipped at 0: a product and a sum are rounded
+        "pull": 1e-13 * watch.strongest,
+        # Friction opposes the slip, whose sign is wrong only where it is rounded
+        "driving-friction": 1e-13 * watch.strongest * watch.fastest_slip,
+        # A contact ends before the next one begins, both times rounded
+        "overlap": 64 * math.ulp(duration),
+    }
+
+
 def _bounds(
     parameters: Parameters, watch: Watch, events: Mapping[str, NDArray[Any]], settings: Mapping[str, float]
 ) -> dict[str, float]:
     """Return the bound of each invariant that applies to the run."""
-    fastest, slip, force = watch.fastest, watch.fastest_slip, watch.strongest
-    limits = {
-        # The law is clipped at 0: a product and a sum are rounded
-        "pull": 1e-13 * force,
-        # Friction opposes the slip, whose sign is wrong only where it is rounded
-        "driving-friction": 1e-13 * force * slip,
-        # A contact ends before the next one begins, both times rounded
-        "overlap": 64 * math.ulp(parameters.duration),
-    }
     if "step_used" not in settings:
-        return limits | {
+        return _force_bounds(watch, parameters.duration) | {
             # Touches are located until the gap is less than 2e-15 m; the rest is round-off
             "open-depth": 1e-11,
             "start-gap": 1e-11,
@@ -246,26 +280,15 @@ def _bounds(
         }
     step, longest, tolerance = (settings[name] for name in ("step_used", "longest_step", "newton_tolerance"))
     # Positions are rounded to some 1e-15 m, and a rate to that over the step
-    omega, rounded_speed = parameters.mechanism.omega, 1e-13 / step
+    limits = contact_bounds(watch, parameters.duration, step, 1e-13)
+    omega = parameters.mechanism.omega
     squared = (omega * longest) ** 2
-    limits |= {
-        # A corner that touches inside a step is no deeper at its end, where its contact begins
-        "open-depth": fastest * step,
-        "start-gap": fastest * step,
-        # A gap that falls below 0 in a step approaches at its start or at its end, to the Newton
-        # iteration's error in positions over the step
-        "leaving-start": rounded_speed,
-    }
     if parameters.integration.method == "trapezoidal-index2":
-        # A mean of squares, weighted by impulse: a long rest must not hide coarse steps in short impacts
-        impulse = np.asarray(events["impulse"], dtype=float)
-        shares = step / np.maximum(events["end"] - events["start"], step)
-        squared_share = float(impulse @ shares**2) / float(impulse.sum()) if impulse.sum() > 0.0 else 0.0
         # The friction of a journal reverses within a step: measured 4e-6
         order = 1e-6 if parameters.journal is None else 1e-4
         return limits | {
             # The trapezoidal rule's error of second order in the step's share of a contact
-            "energy": order + 10 * squared_share + squared,
+            "energy": order + 10 * squared_share(events, step) + squared,
             # Part of the residual of the Newton iteration, of which the norm is a mean over up to 30 rows
             "constraint-velocity": 10.0 * tolerance,
             # Positions are not enforced: their error is of second order in the step
@@ -274,12 +297,13 @@ def _bounds(
     crank_speed = abs(omega) * parameters.mechanism.crank.length
     return limits | {
         "constraint-position": 10.0 * max(tolerance, _RELATIVE_END),
-        "constraint-velocity": crank_speed * (1e-4 + 10 * squared) + rounded_speed,
+        "constraint-velocity": crank_speed * (1e-4 + 10 * squared) + limits["leaving-start"],
     }
 
 
 def _place(name: str) -> str:
-    return "the crank pin" if name == PIN else f"corner {name}"
+    kind = "corner" if name in CORNERS or "." in name else "pin"
+    return "the crank pin" if name == PIN else f"{kind} {name}"
 
 
 def _overlap(contacts: Contacts, events: Mapping[str, NDArray[Any]]) -> tuple[float, float, str]:

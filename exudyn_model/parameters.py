@@ -192,7 +192,7 @@ def _rod(values: Mapping[str, float]) -> Rod:
     return Rod(*(float(values[key]) for key in ("length", "centroid", "mass", "inertia")))
 
 
-def _compliance(scene: Mapping[str, Any], part: str) -> float:
+def compliance_of(scene: Mapping[str, Any], part: str) -> float:
     """Return sigma of "slider" or "guide", m^2/N: (1 - nu^2) / E, without the pi of some texts."""
     modulus, poisson = (
         values[part] if isinstance(values, Mapping) else values
@@ -210,10 +210,13 @@ DAMPING_FACTORS: Mapping[str, Callable[[float], float]] = {
 """`contact.damping_model` to C as a function of the restitution: docs/model.md, section 6."""
 
 
-def _law(scene: Mapping[str, Any], law: str, radius: float, compliance: float, **geometry: float) -> Law:
+def contact_law(
+    scene: Mapping[str, Any], law: str, radius: float, compliance: float, **geometry: float
+) -> Law:
     """Return the law with K of Eq. 10, from a radius (m) and a sum of sigmas (m^2/N), and C of Eq. 11.
 
-    Under "adams-impact" the scene's stiffness and damping replace them.
+    ``scene`` has the tables ``contact`` and ``friction``; under "adams-impact" its stiffness and damping
+    replace K and C.
     """
     contact, friction = scene["contact"], scene["friction"]
     own = {
@@ -238,8 +241,8 @@ def _law(scene: Mapping[str, Any], law: str, radius: float, compliance: float, *
 
 def _guide(scene: Mapping[str, Any]) -> Law:
     slider, contact = scene["mechanism"]["slider"], scene["contact"]
-    compliance = _compliance(scene, "slider") + _compliance(scene, "guide")
-    return _law(
+    compliance = compliance_of(scene, "slider") + compliance_of(scene, "guide")
+    return contact_law(
         scene,
         contact["law"],
         contact["corner_radius"],
@@ -253,15 +256,19 @@ def _guide(scene: Mapping[str, Any]) -> Law:
 
 
 def _journal(scene: Mapping[str, Any]) -> Law:
+    clearance, radius = scene["clearance"]["crank_pin"], scene["clearance"]["journal_radius"]
+    return journal_law(scene, float(clearance), float(radius))
+
+
+def journal_law(scene: Mapping[str, Any], clearance: float, radius: float) -> Law:
     """Return the law of conforming cylinders of the guide's material, of the radius R_j R_b / (R_b - R_j)."""
-    clearance, radius = float(scene["clearance"]["crank_pin"]), float(scene["clearance"]["journal_radius"])
     law = scene["contact"]["law"]
     side_laws = (LAWS[SWITCHING], LAWS[FOUNDATION])
-    return _law(
+    return contact_law(
         scene,
         LAWS[HERTZ] if law in side_laws else law,
         radius * (radius + clearance) / clearance,
-        2 * _compliance(scene, "guide"),
+        2 * compliance_of(scene, "guide"),
         clearance=clearance,
         bearing_radius=radius + clearance,
     )
@@ -298,7 +305,7 @@ def _require_supported(scene: Mapping[str, Any]) -> None:
 # Formulation to its methods, and to its usual settings (see `Integration`)
 _FORMULATIONS = tomllib.loads((files("exudyn_model") / "formulations.toml").read_text("utf-8"))
 METHODS: dict[str, list[str]] = {name: each["methods"] for name, each in _FORMULATIONS.items()}
-_USUAL = {name: {"method": METHODS[name][0], **each["usual"]} for name, each in _FORMULATIONS.items()}
+USUAL = {name: {"method": METHODS[name][0], **each["usual"]} for name, each in _FORMULATIONS.items()}
 
 
 def _choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
@@ -317,7 +324,7 @@ def _choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
     """
     given = {key: value for key, value in scene["solver"]["exudyn"].items() if value != "auto"}
     formulation = given.pop("formulation", "auto")
-    if formulation not in ("auto", *_USUAL):
+    if formulation not in ("auto", *USUAL):
         raise ValueError(
             f"solver.exudyn.formulation = {formulation!r} must be one of 'auto', 'full' and 'tree'"
         )
@@ -326,7 +333,7 @@ def _choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
     if formulation == "auto":
         explicit = given.get("method", METHODS["tree"][0]) in METHODS["tree"]
         formulation = "tree" if has_clearance and explicit and not reaction_groups else "full"
-    usual = dict(_USUAL[formulation])
+    usual = dict(USUAL[formulation])
     if reaction_groups and formulation == "full":
         usual["method"] = "trapezoidal-index2"
     chosen = {"formulation": formulation} | usual | given

@@ -108,7 +108,7 @@ class Progress:
         if self._report is not None and time.monotonic() - self._last > PROGRESS_INTERVAL:
             self._last = time.monotonic()
             seal()  # other processes wait for the code that this one compiles
-            self._report(reached / self._duration)
+            self._report(min(1.0, reached / self._duration))
 
     def finish(self) -> None:
         """Report that the run has reached its end."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.clearances import CORNERS
-from exudyn_model.five_bodies.linkage_recording import BODIES_AND_JOINTS, run_linkage
+from exudyn_model.five_bodies.linkage_recording import BODIES_AND_JOINTS, linkage_channels, run_linkage
 from exudyn_model.five_bodies.linkage_scene import read_linkage
 from exudyn_model.five_bodies.solver import run_five_bodies
 from exudyn_model.invariants import judge_run
@@ -99,7 +99,8 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
             linkage = read_linkage(scene)
             run, judged = run_linkage(linkage, progress)
             interval, settings = linkage.settings.sample_interval, {"method": linkage.settings.method}
-            return _result(run, run.recorder.channels, settings, interval, judged, started)
+            channels = linkage_channels(linkage, linkage.groups)
+            return _result(run, channels, settings, interval, judged, started)
         parameters, _ = _read_and_check(scene)
         integration = parameters.integration
         run = (run_tree if integration.formulation == "tree" else run_five_bodies)(parameters, progress)
@@ -183,13 +184,16 @@ def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
     """Return what :func:`simulate` integrates for a scene; raise a ValueError if it cannot be simulated.
 
     Keys: ``formulation`` as in the provenance, ``bodies``, numbers of ``coordinates`` and ``constraints``,
-    and a ``note`` about the equations if they need one; of a linkage also its ``freedom``, the difference.
+    and a ``note`` about the equations if they need one; of a linkage also its ``freedom``, the difference,
+    and the ``start`` of each body: centroid (m) and angle (rad).
     """
     if "body" in scene:
         linkage = read_linkage(scene)
         rows, count = len(linkage.system.multipliers), 3 * len(linkage.names)
         planned = {"formulation": BODIES_AND_JOINTS, "bodies": linkage.names, "coordinates": count}
-        return planned | {"constraints": rows, "freedom": count - rows}
+        contacts = {"contacts": [*linkage.system.contact_names]} if linkage.system.contacts else {}
+        start = dict(zip(linkage.names, (body.position for body in linkage.system.bodies), strict=True))
+        return planned | {"constraints": rows, "freedom": count - rows, "start": start} | contacts
     parameters = read_scene(scene)
     ideal_slider, ideal_pin = parameters.guide is None, parameters.journal is None
     if parameters.integration.formulation == "full":

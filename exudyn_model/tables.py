@@ -132,10 +132,16 @@ class Contacts:
         Names of the rows of the memory.
     shared : bool
         Whether a side of the slider has one contact: see ``laws.Law``.
+
+    Attributes
+    ----------
+    silent : tuple of str
+        Names of the contacts without pulses: the press's crank pin.
     """
 
     def __init__(self, names: tuple[str, ...], shared: bool) -> None:
         self.names, self.shared = names, shared
+        self.silent: tuple[str, ...] = (PIN,)
         # Row and start of a contact to its name's row, impact speed, end, impulse, peak and depth so far
         self._contacts: dict[tuple[int, float], list[float]] = {}
         self._pulses: list[list[Array]] = [[] for _ in names]
@@ -205,7 +211,7 @@ class Contacts:
         pulses: list[Array] = [np.zeros((3, 0))]
         for number, points in enumerate(self._pulses):
             rows = np.flatnonzero(np.isin(table["corner"], self.names_of_row(number)))
-            if not points or not len(rows) or self.names[number].startswith(PIN):
+            if not points or not len(rows) or self.names[number] in self.silent:
                 continue
             pulse = np.concatenate(points, axis=1)
             # Points in a step of a tree may be closer than the rounding of times
@@ -222,7 +228,7 @@ class Contacts:
 
     def names_of_row(self, number: int) -> list[str]:
         """Return the names that the table gives to contacts of a row: both of its side, if shared."""
-        if self.shared and not self.names[number].startswith(PIN):
+        if self.shared and self.names[number] != PIN:
             upper = number % len(CORNERS) >= UPPER
             return [self.names[number], self.names[number - UPPER if upper else number + UPPER]]
         return [self.names[number]]

@@ -5,7 +5,7 @@
 | Fig. 4, Tables 1, 2 | numbers of the scene, refusal of bad input | `parameters` |
 | rows 1-8 of Eq. 16 | driven four-bar, all bodies, ideal mechanism in closed form | `linkage`, `ideal` |
 | - | refusal of a linkage that does not close | `simulation` |
-| Eqs. 1-6 | corners, walls, gaps, both sides' forces | `contact` |
+| Eqs. 1-6 | corners, walls, gaps, forces of both sides and of a journal | `contact` |
 | Eqs. 7-13 | contact laws, modified Coulomb friction | `laws` |
 | Figs. 7, 8 | clearance at the crank pin A | `chain` |
 | - | load of a workpiece, steps that end at its kinks | `workpiece`, `steps` |

@@ -18,18 +18,23 @@ P = A' + R_b n, with the point law of Eqs. 9-11 for the conformal pair and the f
 relative velocity of the two materials at P.
 """
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from reference_model import linkage, workpiece
 from reference_model.compiled import inlined
-from reference_model.contact import Pose, corner_motion, point_contact, slider_forces, write_tail
-from reference_model.laws import point_force
+from reference_model.contact import (
+    Pose,
+    corner_motion,
+    journal_force,
+    journal_motion,
+    slider_forces,
+    write_tail,
+)
 from reference_model.linkage import Array, Mechanism
 from reference_model.parameters import Contact
-from reference_model.state import Mode, Nodes, Records, Touch
+from reference_model.state import Nodes, Records, Touch
 from reference_model.trigonometry import cos_sin
 from reference_model.workpiece import Load
 
@@ -74,47 +79,6 @@ def slider_pose(m: Mechanism, rocker: Rod, rod4: Rod, angle: float, w5: float) -
 
 
 @inlined
-def journal_motion(
-    journal: Contact, e: tuple[float, float], v: tuple[float, float], w: tuple[float, float], touch: Touch
-) -> tuple[float, float]:
-    """Write gap, rate and slip of the journal; return its normal n.
-
-    `e` (m) and its rate `v` (m/s) lead from bearing to journal; `w` are the rates of crank and rod 2 (rad/s).
-    """
-    size = math.sqrt(e[0] * e[0] + e[1] * e[1])
-    if size == 0.0:  # centred: no direction yet; the gap closes at the speed of the centres
-        touch.gap, touch.slip = journal.clearance, 0.0
-        touch.rate = -math.sqrt(v[0] * v[0] + v[1] * v[1])
-        return 1.0, 0.0
-    nx, ny = e[0] / size, e[1] / size
-    touch.gap, touch.rate = journal.clearance - size, -(nx * v[0] + ny * v[1])
-    # P relative to the journal's centre is (R_b - |e|) n, relative to the bearing's R_b n.
-    touch.slip = nx * v[1] - ny * v[0] + w[0] * (journal.radius - size) - w[1] * journal.radius
-    return nx, ny
-
-
-@inlined
-def journal_force(
-    journal: Contact, mode: Mode, nx: float, ny: float, touch: Touch
-) -> tuple[float, float, float, float]:
-    """Write the journal's forces, from its gap, rate and slip.
-
-    Return the force of the crank on rod 2 at P, x and y (N), and the power lost by damping and friction (W).
-    """
-    touch.normal = touch.friction = touch.stored = 0.0
-    if mode.speed == 0.0:
-        return 0.0, 0.0, 0.0, 0.0
-    depth = -touch.gap
-    elastic = point_force(journal.K, journal.n, depth)
-    normal, tangential = point_contact(journal, mode, elastic, depth, touch.rate, touch.slip)
-    touch.normal, touch.friction = normal, tangential
-    touch.stored = elastic * max(depth, 0.0) / (journal.n + 1.0)
-    # `tangential` brakes the journal along t = (-n_y, n_x), and drags the bearing along with it.
-    Gx, Gy = normal * nx + tangential * ny, normal * ny - tangential * nx
-    return Gx, Gy, -(normal - elastic) * touch.rate, -tangential * touch.slip
-
-
-@inlined
 def crank_pin_motion(
     m: Mechanism, journal: Contact, t: float, rods: tuple[Rod, Rod], touch: Touch
 ) -> tuple[float, ...]:
@@ -133,7 +97,7 @@ def crank_pin_motion(
     return nx, ny, px, py, x + px, y + py
 
 
-def motion(model: Chain, t: float, i: int, nodes: Nodes) -> None:
+def motion(model: Chain, t: float, i: int, modes: Records, nodes: Nodes) -> None:
     """Write gaps, rates and slips of a state."""
     m, contacts, touches = model.mechanism, model.contacts, nodes.touches[i]
     rod2, rocker, rod4, angle, w5, _, _ = rods(model, nodes.y[i])

@@ -143,6 +143,15 @@ def inlined(function: F) -> F:
     return cast(F, numba.njit(forceinline=True, **ONLY_FROM_KERNELS)(function))
 
 
+def merged(function: F) -> F:
+    """Compile such a function as a part of its caller, of which there are one or two.
+
+    A function of its own is optimized with all that it calls, and its caller then with all that again. Many
+    or repeated calls of merged functions take longer to compile instead.
+    """
+    return cast(F, numba.njit(inline="always", **ONLY_FROM_KERNELS)(function))
+
+
 def constant(value: int) -> int:
     """Return an integer to pass to kernels by name: numba compiles them once more for each of Python's."""
     return cast(int, np.int64(value))

@@ -1,12 +1,14 @@
-"""Forces, moment and losses at the slider's corners and sides, from its motion in frozen modes (Eqs. 1-6).
+"""Forces and losses at the slider's corners and sides (Eqs. 1-6), and of a journal, in frozen modes.
 
 A model has a list of contacts, each with its own law (`parameters.Contact`). Each corner meets only the
 infinite wall on its side; the two corners of a side have one law. Each contact has a `state.Mode` that is
 constant between two events; `reference_model.events` finds the end of a mode.
 """
 
+import math
+
 from reference_model.compiled import inlined
-from reference_model.laws import damped_force, friction_force, side_force
+from reference_model.laws import damped_force, friction_force, point_force, side_force
 from reference_model.linkage import Array
 from reference_model.parameters import PAPER_SWITCHING, Contact
 from reference_model.state import WORKS, Mode, Records, Touch
@@ -44,7 +46,7 @@ def side_motion(contact: Contact, one: Touch, other: Touch) -> tuple[float, floa
     Where neither corner is inside there is no force, and the deeper one has the share of a touch: all.
     """
     d1, d2 = -one.gap, -other.gap
-    f1, f2, _ = side_force(contact, d1, d2, True)
+    f1, f2, _ = side_force(contact, d1, d2, contact.one_side)
     share = f1 / (f1 + f2) if f1 + f2 > 0.0 else (1.0 if d1 > d2 else 0.0)
     rate = share * one.rate + (1.0 - share) * other.rate
     return share, rate, share * one.slip + (1.0 - share) * other.slip
@@ -83,7 +85,7 @@ def slider_forces(
             continue
         d1, d2 = -one.gap, -other.gap
         if contact.one_side:
-            f1, f2, one.stored = side_force(contact, d1, d2, True)
+            f1, f2, one.stored = side_force(contact, d1, d2, contact.one_side)
             share, gap_rate, slip = side_motion(contact, one, other)
             keeper = lower if closed1 else upper
             normal, tangential = point_contact(contact, modes[keeper], f1 + f2, max(d1, d2), gap_rate, slip)
@@ -115,6 +117,48 @@ def slider_forces(
             Fy += touches[k].friction
             M += rx * touches[k].friction - ry * Nx
     return Fx, Fy, M, damping, friction
+
+
+@inlined
+def journal_motion(
+    journal: Contact, e: tuple[float, float], v: tuple[float, float], w: tuple[float, float], touch: Touch
+) -> tuple[float, float]:
+    """Write gap, rate and slip of the journal; return its normal n.
+
+    `e` (m) and its rate `v` (m/s) lead from bearing to journal; `w` are the rates of journal and bearing
+    (rad/s).
+    """
+    size = math.sqrt(e[0] * e[0] + e[1] * e[1])
+    if size == 0.0:  # centred: no direction yet; the gap closes at the speed of the centres
+        touch.gap, touch.slip = journal.clearance, 0.0
+        touch.rate = -math.sqrt(v[0] * v[0] + v[1] * v[1])
+        return 1.0, 0.0
+    nx, ny = e[0] / size, e[1] / size
+    touch.gap, touch.rate = journal.clearance - size, -(nx * v[0] + ny * v[1])
+    # P relative to the journal's centre is (R_b - |e|) n, relative to the bearing's R_b n.
+    touch.slip = nx * v[1] - ny * v[0] + w[0] * (journal.radius - size) - w[1] * journal.radius
+    return nx, ny
+
+
+@inlined
+def journal_force(
+    journal: Contact, mode: Mode, nx: float, ny: float, touch: Touch
+) -> tuple[float, float, float, float]:
+    """Write the journal's forces, from its gap, rate and slip.
+
+    Return the force on the bearing at P, x and y (N), and the power lost by damping and friction (W).
+    """
+    touch.normal = touch.friction = touch.stored = 0.0
+    if mode.speed == 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    depth = -touch.gap
+    elastic = point_force(journal.K, journal.n, depth)
+    normal, tangential = point_contact(journal, mode, elastic, depth, touch.rate, touch.slip)
+    touch.normal, touch.friction = normal, tangential
+    touch.stored = elastic * max(depth, 0.0) / (journal.n + 1.0)
+    # `tangential` brakes the journal along t = (-n_y, n_x), and drags the bearing along with it.
+    Gx, Gy = normal * nx + tangential * ny, normal * ny - tangential * nx
+    return Gx, Gy, -(normal - elastic) * touch.rate, -tangential * touch.slip
 
 
 @inlined

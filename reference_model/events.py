@@ -157,7 +157,7 @@ def crossing(values: Array) -> float:
     return hi
 
 
-@inlined
+@inner  # with the flags of `evaluate_nodes`, for which numba would compile `tabulate` once more
 def first_end(model: Model, t: float, h: float, run: Run) -> tuple[float, int]:
     """Return at which share of a step a margin first turns negative, and its place.
 
@@ -175,7 +175,7 @@ def first_end(model: Model, t: float, h: float, run: Run) -> tuple[float, int]:
             if node == POINT:
                 dense(x, free_states(nodes), nodes.y, run.f)
                 tabulate(model, t + x * h, 0.0, NOW)
-                motion(model, t + x * h, POINT, nodes)
+                motion(model, t + x * h, POINT, modes, nodes)
             for place in range(contacts.size * MARGINS):
                 if run.unsettled[place]:
                     k, number = place // MARGINS, place % MARGINS

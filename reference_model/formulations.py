@@ -46,7 +46,7 @@ def tabulate(model: Model, t: float, h: float, shares: Array) -> None:
     raise NotImplementedError
 
 
-def motion(model: Model, t: float, i: int, nodes: Nodes) -> None:
+def motion(model: Model, t: float, i: int, modes: Records, nodes: Nodes) -> None:
     """Write gaps, rates and slips of the contacts in the state of node `i` at `t` (s)."""
     raise NotImplementedError
 

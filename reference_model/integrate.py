@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from reference_model.compiled import inlined, inner, kernel
+from reference_model.compiled import inlined, inner, kernel, merged
 from reference_model.dop853 import (
     END,
     FIRST,
@@ -41,8 +41,8 @@ REACHED, BUFFER_FULL, STEP_TOO_SMALL, NOT_FINITE, STEP_LIMIT, CHATTER = range(6)
 """Codes with which `advance` returns."""
 
 _SAFETY, _SHRINK, _GROW, _EXPONENT = 0.9, 0.333, 3.0, -1.0 / 8.0
-# Usually two: on the step as tried, and on the step that ends there; rarely more, at loose tolerances.
-_LOCATIONS = 10
+LOCATIONS = 10
+"""Times that a step is located again. Usually two: as tried, and on the step that ends there."""
 SWITCHES_AT_ONCE = 100
 """Largest number of switches at one instant; each contact can open or close and change its friction once."""
 
@@ -69,7 +69,7 @@ def nothing_touches(modes: Records) -> bool:
     return closed == 0.0
 
 
-@inlined
+@merged
 def prepare_dense_output(model: Model, t: float, h: float, run: Run) -> None:
     """Prepare the dense output of a step from `t` of length `h` (s)."""
     evaluate_nodes(model, t, h, FIRST_DENSE, LAST_DENSE, run.modes, run.nodes)
@@ -77,7 +77,7 @@ def prepare_dense_output(model: Model, t: float, h: float, run: Run) -> None:
     run.counters[0].evaluations += 3
 
 
-@inlined
+@merged
 def attempt(
     model: Model, run: Run, settings: Settings, t: float, h: float
 ) -> tuple[float, float, int, bool, float]:
@@ -87,11 +87,11 @@ def attempt(
     ends with it, whether its dense output is prepared, and the step (s) that the first error allows next.
     """
     nodes, modes, place, next_h, error = run.nodes, run.modes, NONE, h, 0.0
-    for again in range(_LOCATIONS + 1):
+    for again in range(LOCATIONS + 1):
         evaluate_nodes(model, t, h, FIRST, END, modes, nodes)
         run.counters[0].evaluations += STAGES
         error = error_norm(h, nodes.dy, free_states(nodes), settings.tolerance)
-        if not error <= 1.0 or again == _LOCATIONS:
+        if not error <= 1.0 or again == LOCATIONS:
             break
         if again == 0:
             factor = _GROW if error == 0.0 else min(_GROW, _SAFETY * math.pow(error, _EXPONENT))
@@ -118,7 +118,7 @@ def attempt(
     return h, error, place, False, next_h
 
 
-@inlined
+@merged
 def accept(model: Model, run: Run, t: float, h: float, is_dense: bool) -> None:
     """Record a step from `t` of length `h` (s), and go on to its end."""
     nodes, counters, instants = run.nodes, run.counters[0], run.instants
@@ -143,7 +143,7 @@ def accept(model: Model, run: Run, t: float, h: float, is_dense: bool) -> None:
     nodes.slider[0] = nodes.slider[END]
 
 
-@inlined
+@merged
 def change_mode(model: Model, run: Run, t: float, h: float, place: int, tolerance: float) -> float:
     """Change the mode whose margin ended at `t` (s); return the step (s) to take then instead of `h`."""
     modes, clock, k = run.modes, run.clock[0], place // MARGINS

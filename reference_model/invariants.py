@@ -7,6 +7,7 @@ step, too, which show a contact that was stepped over. A run with a value beyond
 """
 
 import math
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -77,18 +78,45 @@ def check(
     `worst` is that of `Observation.worst`, where a missing name means zero; `events` are the `state.Event`
     of all contacts; `drift` is the largest violation of the constraints, None if there are none.
     """
-    scipy, none = p.method != "dop853", (0.0, 0.0, -1)
+    m, edge, scipy = p.mechanism, p.corners[0], p.method != "dop853"
+    corner = 1.0 / m.m5 + (edge.x**2 + edge.y**2) / m.J5
+    mobility = max(corner, 1.0 / m.m2 + m.Ls2**2 / m.J2)
+    energy = ENERGY_BOUND * max(1.0, p.tolerance / USUAL_TOLERANCE)
+    # The paper's surface contact has no potential; scipy's solvers do not control the error of the works.
+    if scipy or any(each.law == PAPER_SWITCHING for each in p.contacts):
+        energy = math.inf
+    contacts, duration = dict(zip(p.contact_names, p.contacts, strict=True)), p.cycles * p.period
+    invariants = check_contacts(contacts, worst, events, duration, p.tolerance, mobility, energy, scipy)
+    if drift is not None:
+        controlled = not scipy and min(p.alpha, p.beta) > 0.0 and max(p.alpha, p.beta) <= STIFF_GAIN
+        most = DRIFT if controlled else UNCONTROLLED_DRIFT
+        for part, unit, bound in (("position", "m", most), ("velocity", "m/s", most / VELOCITY_TIME)):
+            invariants[f"constraint-{part}"] = Invariant(drift[part], bound, unit, drift[f"{part}_time_s"])
+    return invariants
+
+
+def check_contacts(
+    contacts: Mapping[str, Contact], worst: dict[str, Worst], events: Records, duration: float,
+    tolerance: float, mobility: float, energy: float, scipy: bool = False,
+) -> dict[str, Invariant]:  # fmt: skip
+    """Return the invariants of contacts and of the energy, by name, as `check`.
+
+    The run lasts `duration`, s; 1 N accelerates no place of contact by more than `mobility`, m/s^2; `energy`
+    bounds the spurious energy, unless it is infinite.
+    """
+    none, names, each_one = (0.0, 0.0, -1), [*contacts], contacts.values()
     # A step may hold the whole peak of a contact: its ends show less.
     force = max(worst.get("force", none)[0], float(events["peak_force"].max(initial=0.0)))
     # A speed may exceed its limit at the end of a mode by the accuracy of the location, m/s, or by the
     # distance of LSODA's dense output from the ends of its steps.
-    excess = 10.0 * (p.tolerance / VELOCITY_TIME if scipy else LOCATED_SPEED)
+    excess = 10.0 * (tolerance / VELOCITY_TIME if scipy else LOCATED_SPEED)
     # A contact is met too late by this depth, m: scipy's solvers locate it to their tolerance.
-    depth = 10.0 * p.tolerance if scipy else LOCATED
-    # All contacts have the same friction.
-    contact = p.contacts[0] if p.contacts else p.journal
-    ramp = contact.c_f * force * excess / (contact.v1 - contact.v0)
-    pull = max((_pull(each, events, force, excess, depth) for each in p.contacts), default=0.0)
+    depth = 10.0 * tolerance if scipy else LOCATED
+    # Friction rises from zero at v0, so a slip beyond v0 gives a driving power.
+    driving = [each.c_f * force * excess / (each.v1 - each.v0) * (each.v0 + excess) for each in each_one]
+    pull = max((_pull(each, events, force, excess, depth) for each in each_one), default=0.0)
+    rubbing = 1.0 + max((each.c_f for each in each_one), default=0.0)
+    fastest = max(USUAL_ACCELERATION, rubbing * force * mobility)
     begun = events[events["start"] > 0.0]  # a contact that is closed at t = 0 may leave
     worst = worst | {
         "start-gap": _largest(np.abs(begun["gap"]), begun),
@@ -97,25 +125,18 @@ def check(
     bounds = {
         "open-depth": (max(1e-11, depth), "m"),
         "pull": (pull, "N"),
-        # Friction rises from zero at v0, so a slip beyond v0 gives this driving power.
-        "driving-friction": (ramp * (contact.v0 + excess), "W"),
+        "driving-friction": (max(driving, default=0.0), "W"),
         "start-gap": (max(1e-11, depth), "m"),
-        "leaving-start": (np.sqrt(2.0 * _acceleration(p, force) * depth), "m/s"),
+        "leaving-start": (np.sqrt(2.0 * fastest * depth), "m/s"),
     }
-    # The paper's surface contact has no potential; scipy's solvers do not control the error of the works.
-    if all(each.law != PAPER_SWITCHING for each in p.contacts) and not scipy:
-        bounds["energy"] = (ENERGY_BOUND * max(1.0, p.tolerance / USUAL_TOLERANCE), "1")
+    if energy < math.inf:
+        bounds["energy"] = (energy, "1")
     invariants = {}
     for name, (bound, unit) in bounds.items():
         value, time, k = worst.get(name, none)
-        place = "" if value == 0.0 or k < 0 or name == "energy" else p.contact_names[k]
+        place = "" if value == 0.0 or k < 0 or name == "energy" else names[k]
         invariants[name] = Invariant(value, float(bound), unit, time, place)
-    invariants["overlap"] = _overlap(p, events)
-    if drift is not None:
-        controlled = not scipy and min(p.alpha, p.beta) > 0.0 and max(p.alpha, p.beta) <= STIFF_GAIN
-        most = DRIFT if controlled else UNCONTROLLED_DRIFT
-        for part, unit, bound in (("position", "m", most), ("velocity", "m/s", most / VELOCITY_TIME)):
-            invariants[f"constraint-{part}"] = Invariant(drift[part], bound, unit, drift[f"{part}_time_s"])
+    invariants["overlap"] = _overlap(contacts, events, duration)
     return invariants
 
 
@@ -139,18 +160,10 @@ def _largest(values: Array, events: Records) -> Worst:
     return float(values[at]), float(events["start"][at]), int(events["contact"][at])
 
 
-def _acceleration(p: Parameters, force: float) -> float:
-    """Return the most that a normal force (N) and its friction give a corner or rod 2's bearing, m/s^2."""
-    m, edge = p.mechanism, p.corners[0]
-    corner = 1.0 / m.m5 + (edge.x**2 + edge.y**2) / m.J5
-    bearing = 1.0 / m.m2 + m.Ls2**2 / m.J2
-    return max(USUAL_ACCELERATION, (1.0 + edge.c_f) * force * max(corner, bearing))
-
-
-def _overlap(p: Parameters, events: Records) -> Invariant:
+def _overlap(contacts: Mapping[str, Contact], events: Records, duration: float) -> Invariant:
     """Return by how much contacts of one corner, or of one side, overlap, s."""
-    number, duration = events["contact"], p.cycles * p.period
-    places = np.array([min(k, each.other) if each.one_side else k for k, each in enumerate(p.contacts)])
+    number, sides = events["contact"], enumerate(contacts.values())
+    places = np.array([min(k, each.other) if each.one_side else k for k, each in sides])
     place = places[number] if number.size else number
     order = np.lexsort((events["start"], place))
     start, end = events["start"][order], events["end"][order]
@@ -160,7 +173,7 @@ def _overlap(p: Parameters, events: Records) -> Invariant:
     if not both.size or both.max() <= 0.0:
         return Invariant(0.0, bound, "s", 0.0)
     worst = int(both.argmax())
-    name = p.contact_names[int(number[order][1:][worst])]
+    name = [*contacts][int(number[order][1:][worst])]
     return Invariant(float(both[worst]), bound, "s", float(start[1:][worst]), name)
 
 

@@ -82,7 +82,7 @@ def tip_at(table: Array, i: int) -> Tip:
     return table[2, n], table[3, n], table[4, n], table[5, n], table[6, n], table[7, n]
 
 
-def motion(model: Minimal, t: float, i: int, nodes: Nodes) -> None:
+def motion(model: Minimal, t: float, i: int, modes: Records, nodes: Nodes) -> None:
     """Write gaps, rates and slips of a state."""
     pose, _, _ = slider_pose(model.mechanism, tip_at(model.table, i), nodes.y[i])
     corner_motion(model.contacts, pose, nodes.touches[i])

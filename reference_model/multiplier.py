@@ -4,11 +4,12 @@ q_i = (x_i, y_i, theta_i). With Phi(q, t) = 0 the rows of Eq. 16,
 
     M q'' + Phi_q^T lambda = Q,    Phi_q q'' = gamma - 2 alpha Phi' - beta^2 Phi.
 
-`assemble` describes a planar linkage by lists: bodies, pins, ideal guides, springs, one drive, and the body
-whose four corners are in a guide with clearance. A pin between bodies i and j gives the rows
+`assemble` describes a planar linkage by lists: bodies, pins, guides, springs, one drive, and the pins and
+guides that have clearance. A pin between bodies i and j gives the rows
 r_i + R_i a - r_j - R_j b = 0 with arms a, b in the bodies' own frames (in the fixed frame, j = -1, b is a
 point), a guide R_j n . (r_i - r_j) - c = 0 and theta_i - theta_j - angle = 0, a drive by a speed
-theta_i - omega t - theta0 = 0. A spring has the rows of a pin, which are no constraints but its length.
+theta_i - omega t - theta0 = 0. A spring has the rows of a pin, which are no constraints but its length; a
+joint with clearance has its rows likewise, from which the motion and the forces of its contacts follow.
 `press` lists the press with its rows in the paper's order. Rows 7-13 are corrected: as printed the rods would
 not close.
 """
@@ -22,9 +23,9 @@ from numpy.typing import NDArray
 
 from reference_model import workpiece
 from reference_model.compiled import inlined, inner, kernel
-from reference_model.contact import corner_motion, slider_forces, write_tail
+from reference_model.contact import journal_force, journal_motion, slider_forces, write_tail
 from reference_model.linkage import Array, Mechanism
-from reference_model.state import Nodes, Records
+from reference_model.state import Nodes, Records, contact_list
 from reference_model.workpiece import NO_LOAD, Load
 
 load_force = inlined(workpiece.load_force)
@@ -32,6 +33,8 @@ load_force = inlined(workpiece.load_force)
 FRAME = -1
 """Number that stands for the fixed frame in the place of a body."""
 Point = tuple[float, float]
+PinOf = tuple[int, Point, int, Point]
+GuideOf = tuple[int, int, Sequence[float]]
 
 
 class Linkage(NamedTuple):
@@ -42,21 +45,25 @@ class Linkage(NamedTuple):
     weights: Array
     """The bodies' weights as generalized forces, shape (3 n,)."""
     joined: NDArray[np.int64]
-    """Bodies i, j of each pin, then of each spring, shape (pins + springs, 2)."""
+    """Bodies i, j of each ideal pin, of each spring, of each pin with clearance, shape (n, 2)."""
     arms: Array
-    """a and b of each pin, then of each spring, shape (pins + springs, 4), m."""
+    """a and b of each of these, shape (n, 4), m."""
     guided: NDArray[np.int64]
-    """Bodies i, j of each ideal guide, shape (guides, 2)."""
+    """Bodies i, j of each ideal guide, then twice of each with clearance: across, along it; shape (n, 2)."""
     lines: Array
-    """n in the frame of j, c (m), angle (rad) of each ideal guide, shape (guides, 4)."""
+    """n in the frame of j, c (m), angle (rad) of each of these, shape (n, 4)."""
     springs: Array
     """Stiffness (N/m), free length (m), damping (N s/m) of each spring, shape (springs, 3)."""
+    loose: NDArray[np.int64]
+    """First contact, first row, place in `joined` (-1: a guide) of each clearance, shape (clearances, 3)."""
+    ideal: tuple[int, int]
+    """Numbers of ideal pins and guides."""
     driven: int
     """Number of the driven body."""
     slider: int
-    """Number of the slider: the body with contacts or load."""
+    """Number of the slider: the body that is recorded, and that a load pushes."""
     contacts: Records
-    """Contacts of the slider's corners; none if it is on an ideal guide."""
+    """Contacts of the clearances: four corners of a guide, one journal of a pin."""
     load: Load
     """Load of the workpiece below the slider."""
     torque: Load
@@ -69,17 +76,19 @@ class Linkage(NamedTuple):
     """Baumgarte's alpha and beta, 1/s."""
     beta: float
     phi: Array
-    """Work array: Phi, and the vector of each spring, shape (rows + 2 springs,); so are Phi' and gamma."""
+    """Work array: Phi, then the rows that are no constraints, shape (all rows,); so are Phi' and gamma."""
     rate: Array
     gamma: Array
     lambdas: Array
     """Work array: lambda, shape (rows,)."""
     pulls: Array
-    """Work array: tension (N) and length (m) of each spring, shape (springs, 2)."""
+    """Work array, shape (springs + 2 clearances, 2): tension (N) and length (m) of each spring; two rows of a
+    pin, A - A' (m) and the force on the bearing (N), or of a guide: force along n (N) and moment (N m) on the
+    slider, nothing."""
     applied: Array
     """Work array: Q, shape (3 n,)."""
     jacobian: Array
-    """Work array: Phi_q, shape (rows + 2 springs, 3 n)."""
+    """Work array: Phi_q, shape (all rows, 3 n); what is zero in it is so in every state."""
     matrix: Array
     """Work array: Phi_q M^-1 Phi_q^T, shape (rows, rows)."""
 
@@ -91,14 +100,14 @@ class Linkage(NamedTuple):
 
 def assemble(
     bodies: Sequence[tuple[float, float]],
-    pins: Sequence[tuple[int, Point, int, Point]],
-    guides: Sequence[tuple[int, int, Sequence[float]]],
+    pins: Sequence[PinOf],
+    guides: Sequence[GuideOf],
     drive: tuple[int, float, float],
-    slider: tuple[int, Records],
     *,
     gravity: float = 0.0,
     baumgarte: tuple[float, float] = (0.0, 0.0),
     springs: Sequence[tuple[float, float, float]] = (),
+    loose: Sequence[PinOf | GuideOf] = (),
 ) -> Linkage:
     """Describe a planar linkage.
 
@@ -113,22 +122,33 @@ def assemble(
         Body i, body j or FRAME, and the guide's `lines`.
     drive
         Body whose angle grows uniformly, its rate (rad/s; 0: it does not), its angle at t = 0 (rad).
-    slider
-        Number of the slider, and the contacts of its corners; none without clearance.
     gravity
         Acceleration of gravity along -y, m/s^2.
     baumgarte
         alpha and beta, 1/s.
     springs
         `springs` of the last pins.
+    loose
+        Pins (the bearing is on body i, the journal on j) and guides with clearance.
 
     Returns
     -------
     Linkage
-        Without load and torque.
+        Without contacts, load and torque.
     """
-    size, every = 3 * len(bodies), 2 * len(pins) + (drive[1] != 0.0) + 2 * len(guides)
-    rows = every - 2 * len(springs)
+    ideal, size = (len(pins) - len(springs), len(guides)), 3 * len(bodies)
+    rows = 2 * sum(ideal) + (drive[1] != 0.0)
+    pins, guides, places, contact = [*pins], [*guides], [], 0
+    measured = rows + 2 * (len(springs) + sum(len(joint) == 4 for joint in loose))
+    for joint in loose:
+        if len(joint) == 4:
+            places.append((contact, rows + 2 * (len(pins) - ideal[0]), len(pins)))
+            pins, contact = [*pins, joint], contact + 1
+        else:
+            places.append((contact, measured + 2 * (len(guides) - ideal[1]), -1))
+            i, j, (nx, ny, _, angle) = joint
+            guides, contact = [*guides, joint, (i, j, (ny, -nx, 0.0, angle))], contact + 4
+    every = rows + 2 * (len(pins) + len(guides) - sum(ideal))
     weights = np.zeros(size)
     weights[1::3] = [-gravity * mass for mass, _ in bodies]
     return Linkage(
@@ -139,9 +159,11 @@ def assemble(
         guided=np.array([(i, j) for i, j, _ in guides], dtype=np.int64).reshape(-1, 2),
         lines=np.array([line for _, _, line in guides], dtype=np.float64).reshape(-1, 4),
         springs=np.array(springs, dtype=np.float64).reshape(-1, 3),
+        loose=np.array(places, dtype=np.int64).reshape(-1, 3),
+        ideal=ideal,
         driven=drive[0],
-        slider=slider[0],
-        contacts=slider[1],
+        slider=0,
+        contacts=contact_list(()),
         load=NO_LOAD,
         torque=NO_LOAD,
         omega=drive[1],
@@ -152,9 +174,9 @@ def assemble(
         rate=np.empty(every),
         gamma=np.empty(every),
         lambdas=np.empty(rows),
-        pulls=np.empty((len(springs), 2)),
+        pulls=np.zeros((len(springs) + 2 * len(loose), 2)),
         applied=np.empty(size),
-        jacobian=np.empty((every, size)),
+        jacobian=np.zeros((every, size)),
         matrix=np.empty((rows, rows)),
     )
 
@@ -176,15 +198,15 @@ def press(m: Mechanism, contacts: Records, load: Load, baumgarte: tuple[float, f
         ],
         guides=[] if contacts.size else [(4, FRAME, (1.0, 0.0, m.line_x, 0.0))],
         drive=(0, m.omega, m.theta0),
-        slider=(4, contacts),
         gravity=m.gravity,
         baumgarte=baumgarte,
-    )._replace(load=load)
+        loose=[(4, FRAME, (-1.0, 0.0, 0.0, 0.0))] if contacts.size else [],
+    )._replace(contacts=contacts, load=load, slider=4)
 
 
 @inlined
 def add_pin_end(model: Linkage, pin: int, row: int, end: int, q: Array, v: Array) -> None:
-    """Add one end (0 or 1) of a pin or spring to Phi, Phi_q and gamma from a row on."""
+    """Add one end (0 or 1) of one of `joined` to Phi, Phi_q and gamma from a row on."""
     body, ax, ay = model.joined[pin, end], model.arms[pin, 2 * end], model.arms[pin, 2 * end + 1]
     sign = 1.0 - 2.0 * end
     if body == FRAME:
@@ -229,9 +251,7 @@ def constraints(model: Linkage, t: float, q: Array, v: Array) -> None:
     phi, rate, gamma, jacobian = model.phi, model.rate, model.gamma, model.jacobian
     for i in range(phi.size):
         phi[i] = gamma[i] = 0.0
-        for k in range(q.size):
-            jacobian[i, k] = 0.0
-    pins, rows = model.joined.shape[0] - model.springs.shape[0], model.lambdas.size
+    (pins, guides), rows = model.ideal, model.lambdas.size
     for pin in range(model.joined.shape[0]):
         row = 2 * pin if pin < pins else rows + 2 * (pin - pins)
         add_pin_end(model, pin, row, 0, q, v)
@@ -242,6 +262,8 @@ def constraints(model: Linkage, t: float, q: Array, v: Array) -> None:
         jacobian[row, 3 * model.driven + 2] = 1.0
         row += 1
     for guide in range(model.guided.shape[0]):
+        if guide == guides:  # those with clearance come after springs and pins
+            row = rows + 2 * (model.joined.shape[0] - pins - guides)
         add_guide(model, guide, row + 2 * guide, q, v)
     for i in range(phi.size):
         total = 0.0
@@ -320,12 +342,47 @@ def pull_springs(model: Linkage) -> float:
     return lost
 
 
-def motion(model: Linkage, t: float, i: int, nodes: Nodes) -> None:
+@inlined
+def push_contacts(model: Linkage, v: Array, modes: Records, touches: Records) -> tuple[float, float]:
+    """Add the forces of all clearances, whose rows are evaluated, to Q.
+
+    Write the states of their contacts; return the power lost by damping and by friction, W.
+    """
+    phi, rate, applied, jacobian = model.phi, model.rate, model.applied, model.jacobian
+    damping = friction = 0.0
+    for k in range(model.loose.shape[0]):
+        (first, row, pin), pulls = model.loose[k], model.pulls[model.springs.shape[0] + 2 * k :]
+        if pin < 0:
+            own = slice(first, first + 4)
+            # In a frame of the guide with y along it.
+            pose = -phi[row], phi[row + 2], phi[row + 1], -rate[row], rate[row + 2], rate[row + 1]
+            Fx, Fy, M, lost, rubbed = slider_forces(model.contacts[own], pose, modes[own], touches[own])
+            pulls[0, 0], pulls[0, 1] = -Fx, M
+            for i in range(applied.size):
+                applied[i] += Fy * jacobian[row + 2, i] - Fx * jacobian[row, i] + M * jacobian[row + 1, i]
+        else:
+            contact, touch, (bearing, journal) = model.contacts[first], touches[first], model.joined[pin]
+            w = v[3 * journal + 2] if journal != FRAME else 0.0, v[3 * bearing + 2]
+            ex, ey, de = -phi[row], -phi[row + 1], (-rate[row], -rate[row + 1])
+            nx, ny = journal_motion(contact, (ex, ey), de, w, touch)
+            Gx, Gy, lost, rubbed = journal_force(contact, modes[first], nx, ny, touch)
+            pulls[0, 0], pulls[0, 1], pulls[1, 0], pulls[1, 1] = ex, ey, Gx, Gy
+            for i in range(applied.size):
+                applied[i] += Gx * jacobian[row, i] + Gy * jacobian[row + 1, i]
+            # The rows' forces act at A' and A, but friction at the surface of the bearing.
+            applied[3 * bearing + 2] -= contact.radius * touch.friction
+            if journal != FRAME:
+                applied[3 * journal + 2] += (contact.radius - contact.clearance + touch.gap) * touch.friction
+        damping += lost
+        friction += rubbed
+    return damping, friction
+
+
+def motion(model: Linkage, t: float, i: int, modes: Records, nodes: Nodes) -> None:
     """Write gaps, rates and slips of a state."""
-    if model.contacts.size > 0:
-        y, x, w = nodes.y[i], 3 * model.slider, model.masses.size + 3 * model.slider
-        pose = (y[x], y[x + 1], y[x + 2], y[w], y[w + 1], y[w + 2])
-        corner_motion(model.contacts, pose, nodes.touches[i])
+    v = nodes.y[i, model.masses.size : 2 * model.masses.size]
+    constraints(model, t, nodes.y[i, : model.masses.size], v)
+    push_contacts(model, v, modes, nodes.touches[i])
 
 
 def tabulate(model: Linkage, t: float, h: float, shares: Array) -> None:
@@ -336,19 +393,14 @@ def derivative(model: Linkage, t: float, i: int, modes: Records, nodes: Nodes) -
     """Write the derivatives of coordinates and rates; see `formulations.derivative`."""
     size, x, y, dy, slider = model.masses.size, 3 * model.slider, nodes.y[i], nodes.dy[i], nodes.slider[i]
     q, v, acceleration = y[:size], y[size : 2 * size], dy[size : 2 * size]
-    applied, turn, torque, damping, friction = model.applied, 3 * model.driven + 2, 0.0, 0.0, 0.0
+    applied, turn, torque = model.applied, 3 * model.driven + 2, 0.0
     for k in range(size):
         applied[k] = model.weights[k]
         dy[k] = v[k]
-    if model.contacts.size > 0:
-        pose = (q[x], q[x + 1], q[x + 2], v[x], v[x + 1], v[x + 2])
-        Fx, Fy, M, damping, friction = slider_forces(model.contacts, pose, modes, nodes.touches[i])
-        applied[x] += Fx
-        applied[x + 1] += Fy
-        applied[x + 2] += M
+    constraints(model, t, q, v)
+    damping, friction = push_contacts(model, v, modes, nodes.touches[i])
     if q[x + 1] < model.load.surface:
         applied[x + 1] += load_force(model.load, q[x + 1])
-    constraints(model, t, q, v)
     damping += pull_springs(model)
     if model.omega == 0.0 and model.driven != FRAME:
         torque = load_force(model.torque, -(q[turn] % (2.0 * math.pi)))
@@ -360,7 +412,7 @@ def derivative(model: Linkage, t: float, i: int, modes: Records, nodes: Nodes) -
     slider.x, slider.y, slider.angle = q[x], q[x + 1], q[x + 2]
     slider.vx, slider.vy, slider.omega = v[x], v[x + 1], v[x + 2]
     slider.ax, slider.ay, slider.alpha = acceleration[x], acceleration[x + 1], acceleration[x + 2]
-    drive = 2 * (model.joined.shape[0] - model.springs.shape[0])
+    drive = 2 * model.ideal[0]
     power = torque * v[turn] if model.omega == 0.0 else -model.lambdas[drive] * model.omega
     write_tail(dy, nodes.touches[i], power, damping, friction)
 
@@ -375,6 +427,6 @@ def drift(model: Linkage, times: Array, states: Array, out: Array) -> None:
     for i in range(times.size):
         constraints(model, times[i], states[i, :size], states[i, size : 2 * size])
         out[0, i] = out[1, i] = 0.0
-        for row in range(model.phi.size):
+        for row in range(model.lambdas.size):
             out[0, i] = max(out[0, i], abs(model.phi[row]))
             out[1, i] = max(out[1, i], abs(model.rate[row]))

@@ -3,6 +3,8 @@
 `Observation` takes many rows (`reference_model.recording`) at a time, whenever their buffer is full.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,7 +14,7 @@ from reference_model.formulations import Model, all_bodies
 from reference_model.linkage import Array
 from reference_model.minimal import Minimal
 from reference_model.multiplier import Linkage, drift
-from reference_model.parameters import Parameters
+from reference_model.parameters import Contact, Parameters
 from reference_model.recording import CLOSED, EXTREMUM, PART, PARTS, SAMPLE
 from reference_model.results import (
     ACCELERATIONS,
@@ -34,6 +36,51 @@ def motions(slider: Records) -> Array:
     return np.ascontiguousarray(slider.view(np.float64).reshape(-1, len(MOTION + ACCELERATIONS)).T)
 
 
+class Pulses:
+    """Normal forces of the contacts of a run at the ends of steps and at peaks."""
+
+    def __init__(self, contacts: Sequence[Contact]) -> None:
+        self._contacts = contacts
+        self._forces: list[list[Array]] = [[] for _ in contacts]
+        self._noted = [0] * len(contacts)
+
+    def note(self, times: Array, purpose: NDArray[np.int64], touches: Records) -> None:
+        """Add the rows for extrema in which a contact is closed, at times since t = 0 (s)."""
+        noted = (purpose & EXTREMUM) > 0
+        for k, contact in enumerate(self._contacts):
+            closed = noted & ((purpose & (CLOSED << k)) > 0)
+            if self._noted[k] < _NOTES and closed.any():
+                force = touches["normal"][closed, k]
+                if contact.one_side:
+                    force = force + touches["normal"][closed, contact.other]
+                self._forces[k].append(np.stack([times[closed], force]))
+                self._noted[k] += force.size
+
+    def table(self, events: dict[str, Array], numbers: Array) -> dict[str, Array]:
+        """Return the normal forces of the contacts by row of the event table.
+
+        `numbers` holds the number of the contact in each row.
+        """
+        row, time, force = [], [], []
+        for k in range(len(self._contacts)):
+            mine = np.flatnonzero(numbers == k)
+            if self._forces[k] and mine.size:
+                t, f = np.concatenate(self._forces[k], axis=1)
+                at = np.maximum(np.searchsorted(events["start"][mine], t, side="left") - 1, 0)
+                # The last contact has only a part of its forces if the limit was reached in it.
+                whole = at < at[-1] if self._noted[k] >= _NOTES else np.ones(at.shape, np.bool_)
+                row.append(mine[at[whole]])
+                time.append(t[whole])
+                force.append(f[whole])
+        if not row:
+            return {"row": np.empty(0, dtype=np.int64), "time": np.empty(0), "force": np.empty(0)}
+        rows, times, forces = (np.concatenate(part) for part in (row, time, force))
+        order = np.lexsort((times, rows))
+        new = (np.diff(rows[order], prepend=-1) > 0) | (np.diff(times[order], prepend=-1.0) > 0.0)
+        order = order[new]
+        return {"row": rows[order], "time": times[order], "force": np.maximum(forces[order], 0.0)}
+
+
 class Observation:
     """Samples of the channels `names`, extrema, pulses and worst values, from the rows of a run.
 
@@ -51,8 +98,7 @@ class Observation:
         """Largest violation of the constraints (m, m/s) and its time (s); None without constraints."""
         if isinstance(model, Linkage):
             self.drift = dict.fromkeys(("position", "position_time_s", "velocity", "velocity_time_s"), 0.0)
-        self._forces: list[list[Array]] = [[] for _ in self._contacts]
-        self._noted = [0] * len(self._contacts)
+        self.pulses = Pulses(p.contacts)
         self._last = np.empty((7, 0))
         self._start = self._bodies(np.zeros(1), run.nodes.y[:1].T)
         self._stored, self._flow = -1.0, float(kinetic_energy(self._m, self._start).sum())
@@ -75,42 +121,10 @@ class Observation:
         self.samples[:, self.sampled : self.sampled + kept.shape[1]] = kept
         self.sampled += kept.shape[1]
         self._widen(purpose, times, values)
-        noted = (purpose & EXTREMUM) > 0
-        for k, contact in enumerate(self._contacts):
-            closed = noted & ((purpose & (CLOSED << k)) > 0)
-            if self._noted[k] < _NOTES and closed.any():
-                force = rows.touches["normal"][closed, k]
-                if contact.one_side:
-                    force = force + rows.touches["normal"][closed, contact.other]
-                self._forces[k].append(np.stack([times[closed], force]))
-                self._noted[k] += force.size
+        self.pulses.note(times, purpose, rows.touches)
         self._note_energy()
         if isinstance(self._model, Linkage) and self.drift is not None:
             self._note_drift(self._model, self.drift, rows, times)
-
-    def pulses(self, events: dict[str, Array], numbers: Array) -> dict[str, Array]:
-        """Return the normal forces of the contacts at ends of steps and at peaks, by row of the event table.
-
-        `numbers` holds the number of the contact in each row.
-        """
-        row, time, force = [], [], []
-        for k in range(len(self._contacts)):
-            mine = np.flatnonzero(numbers == k)
-            if self._forces[k] and mine.size:
-                t, f = np.concatenate(self._forces[k], axis=1)
-                at = np.maximum(np.searchsorted(events["start"][mine], t, side="left") - 1, 0)
-                # The last contact has only a part of its forces if the limit was reached in it.
-                whole = at < at[-1] if self._noted[k] >= _NOTES else np.ones(at.shape, np.bool_)
-                row.append(mine[at[whole]])
-                time.append(t[whole])
-                force.append(f[whole])
-        if not row:
-            return {"row": np.empty(0, dtype=np.int64), "time": np.empty(0), "force": np.empty(0)}
-        rows, times, forces = (np.concatenate(part) for part in (row, time, force))
-        order = np.lexsort((times, rows))
-        new = (np.diff(rows[order], prepend=-1) > 0) | (np.diff(times[order], prepend=-1.0) > 0.0)
-        order = order[new]
-        return {"row": rows[order], "time": times[order], "force": np.maximum(forces[order], 0.0)}
 
     def worst(self) -> dict[str, tuple[float, float, int]]:
         """Return by name the worst violations: the largest value, its time (s), its contact (-1: none)."""

@@ -42,7 +42,7 @@ class Contact(NamedTuple):
     lossless: bool
     """Whether the contact has no damping."""
     other: int
-    """Index of the other corner of the same side; -1: the contact is the journal in its bearing."""
+    """Number among the four corners of the other one on the same side; -1: a journal in its bearing."""
     K: float
     """Stiffness as a point, Eq. 10 or of adams-impact, N/m^n."""
     Ks: float
@@ -238,7 +238,6 @@ def _read_mechanism(mechanism: Mapping[str, Any], speed: float, gravity: float) 
 def _read_corners(scene: Mapping[str, Any], guide: float) -> tuple[Contact, ...]:
     contact, slider = scene["contact"], scene["mechanism"]["slider"]
     half_width, half_length = 0.5 * float(slider["width"]), 0.5 * float(slider["length"])
-    half_guide = half_width + float(scene["clearance"]["slider"])
     compliance = _compliance(contact, "slider") + _compliance(contact, "guide")
     corner = _contact(
         scene,
@@ -248,28 +247,55 @@ def _read_corners(scene: Mapping[str, Any], guide: float) -> tuple[Contact, ...]
         arm=half_length,
     )
     Ks = (float(slider["thickness"]) + float(slider["length"])) / (0.475 * compliance)
+    corner = corner._replace(Ks=Ks, one_side=corner.law == FOUNDATION)
+    return _four(corner, half_width, half_length, guide, float(scene["clearance"]["slider"]))
+
+
+def _four(
+    corner: Contact, half_width: float, half_length: float, line: float, clearance: float
+) -> tuple[Contact, ...]:
+    half_guide = half_width + clearance
     return tuple(
         corner._replace(
-            Ks=Ks, other=(k + 2) % 4, one_side=corner.law == FOUNDATION, x=-inward * half_width,
-            y=-half_length if k < 2 else half_length, inward=inward, wall=guide - inward * half_guide,
+            other=(k + 2) % 4, x=-inward * half_width, y=-half_length if k < 2 else half_length,
+            inward=inward, wall=line - inward * half_guide,
         )
         for k, inward in enumerate((1.0, -1.0, 1.0, -1.0))
     )  # fmt: skip
 
 
 def _read_journal(scene: Mapping[str, Any]) -> Contact:
-    contact, clearance, rod2 = scene["contact"], scene["clearance"], scene["mechanism"]["rod2"]
-    journal, pin = float(clearance["journal_radius"]), float(clearance["crank_pin"])
-    bearing = journal + pin
+    clearance, rod2 = scene["clearance"], scene["mechanism"]["rod2"]
+    sizes = float(clearance["journal_radius"]), float(clearance["crank_pin"])
+    return _journal(scene, *sizes, mass=float(rod2["mass"]), arm=float(rod2["length"]))
+
+
+def _journal(scene: Mapping[str, Any], journal: float, pin: float, mass: float, arm: float) -> Contact:
+    contact, bearing = scene["contact"], journal + pin
     # Journal and bearing are both of the guide's material, and conformal: R = R_j R_b / (R_b - R_j).
     radius = journal * bearing / pin if pin > 0.0 else math.inf
     return _contact(
         scene,
         ADAMS_IMPACT if contact["law"] == LAWS[ADAMS_IMPACT] else HERTZ_CORNERS,
         stiffness=point_stiffness(2.0 * _compliance(contact, "guide"), radius),
-        mass=float(rod2["mass"]),
-        arm=float(rod2["length"]),
+        mass=mass,
+        arm=arm,
     )._replace(clearance=pin, radius=bearing)
+
+
+def read_clearance(name: str, clearance: Mapping[str, Any], body: Mapping[str, Any]) -> dict[str, Contact]:
+    """Return the contacts of a linkage's clearance by name: of a guide its body's corners, or a journal."""
+    contact, size, own = clearance["contact"], float(clearance["size"]), f"clearance.{name}.contact.law"
+    require_known((own, contact["law"], (LAWS[HERTZ_CORNERS], LAWS[ADAMS_IMPACT])))
+    if "length" not in clearance:
+        radius, mass = float(clearance["journal_radius"]), float(body["mass"])
+        return {name: _journal(clearance, radius, size, mass, arm=1.0)}
+    half_width, half_length = 0.5 * float(clearance["width"]), 0.5 * float(clearance["length"])
+    stiffness = point_stiffness(2.0 * _compliance(contact, "guide"), float(clearance["corner_radius"]))
+    mass, law = float(body["inertia"]) / half_length**2, LAWS.index(contact["law"])
+    corner = _contact(clearance, law, stiffness, mass, arm=half_length)
+    corners = _four(corner, half_width, half_length, 0.0, size)
+    return {f"{name}.{of}": each for of, each in zip(CORNERS, corners, strict=True)}
 
 
 def _contact(scene: Mapping[str, Any], law: int, stiffness: float, mass: float, arm: float) -> Contact:

@@ -1,4 +1,4 @@
-"""Any planar linkage of bodies, pins, guides and springs: its lists, and a start on its constraints."""
+"""Any planar linkage of bodies, pins, guides, springs and clearances: its lists, its start."""
 
 import math
 from collections.abc import Mapping
@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from reference_model.linkage import Array
-from reference_model.multiplier import FRAME, Linkage, assemble, drift
-from reference_model.parameters import read_load, require_known, require_tolerance
+from reference_model.multiplier import FRAME, GuideOf, Linkage, PinOf, assemble, drift
+from reference_model.parameters import Contact, read_clearance, read_load, require_known, require_tolerance
 from reference_model.state import contact_list
 from reference_model.workpiece import NO_LOAD, Load
 
-GROUPS = ("accelerations", "joints", "energy")
+GROUPS = ("accelerations", "contacts", "joints", "energy")
 _PLACE = ("x", "y", "angle_deg")
 _RANK = 1e-8
 """Smallest singular value of independent rows, relative to the largest."""
@@ -30,6 +30,10 @@ class Assembly(NamedTuple):
     """Coordinates and rates, shape (6 n,)."""
     smallest: float
     """Smallest singular value of the Jacobian in these units."""
+    size: float
+    """Largest length of a body, m."""
+    contacts: dict[str, Contact]
+    """Contacts of the clearances by name."""
 
     def sigma(self, jacobians: Array) -> Any:
         """Return the smallest singular value of Jacobians (..., rows, 3 n), relative to the start's."""
@@ -66,39 +70,77 @@ def read_linkage(scene: Mapping[str, Any]) -> Assembly:
     require_tolerance(solver["tolerance"])
     number = {name: i for i, name in enumerate(bodies)} | {"frame": FRAME}
     centroids = {name: body["centroid"] for name, body in bodies.items()} | {"frame": (0.0, 0.0)}
-    pins, guides, springs, load = [], [], scene.get("spring", {}), scene.get("load")
-    for joint in (*scene.get("pin", {}).values(), *springs.values()):
+    springs, load, clearances = scene.get("spring", {}), scene.get("load"), scene.get("clearance", {})
+    pins, guides = dict[str, PinOf](), dict[str, GuideOf]()
+    for key, joint in (scene.get("pin", {}) | springs).items():
         ends: list[Any] = []
         for name, _, at in (end.partition(".") for end in joint["joins"]):
             points = {"centroid": centroids[name], "": joint.get("point", (0.0, 0.0))}
             points |= bodies[name]["points"] if at else {}
             ends = [number[name], np.subtract(points[at], centroids[name]), *ends]
-        pins.append(tuple(ends))
-    for guide in scene.get("guide", {}).values():
+        pins[key] = tuple(ends)
+    for key, guide in scene.get("guide", {}).items():
         on, direction = guide.get("on", "frame"), guide["direction_deg"]
         n = -math.sin(math.radians(direction)), math.cos(math.radians(direction))
         offset = float(np.dot(n, np.subtract(guide["point"], centroids[on])))
         angle = math.radians(guide.get("angle_deg", direction))
-        guides.append((number[guide["body"]], number[on], (*n, offset, angle)))
+        guides[key] = number[guide["body"]], number[on], (*n, offset, angle)
     given, driven = scene.get("initial", {}), drive.get("body") or "frame"
     theta0 = math.radians(given.get(driven, {}).get("angle_deg", 0.0))
     degrees, torques = np.transpose(drive.get("torque_table") or [(0.0, drive.get("torque") or 0.0)])
     surface = 0.0 if len(torques) > 1 else -math.inf  # below which a load has kinks
-    model = assemble(
-        bodies=[(body["mass"], body["inertia"]) for body in bodies.values()],
-        pins=pins,
-        guides=guides,
-        drive=(number[driven], (drive.get("speed_rpm") or 0.0) * 2.0 * math.pi / 60.0, theta0),
-        slider=(number[load["body"]] if load else 0, contact_list(())),
-        gravity=scene["environment"]["gravity"],
-        springs=[(each["stiffness"], each["length"], each.get("damping", 0.0)) for each in springs.values()],
-    )._replace(
-        load=read_load(load) if load else NO_LOAD,
-        torque=Load(surface, torques[0], 1.0, 0.0, np.radians(degrees), torques - torques[0]),
-    )
+
+    def build(loose: Mapping[str, Any], contacts: Mapping[str, Contact]) -> Linkage:
+        return assemble(
+            bodies=[(body["mass"], body["inertia"]) for body in bodies.values()],
+            pins=[pin for name, pin in pins.items() if name not in loose],
+            guides=[guide for name, guide in guides.items() if name not in loose],
+            drive=(number[driven], (drive.get("speed_rpm") or 0.0) * 2.0 * math.pi / 60.0, theta0),
+            gravity=scene["environment"]["gravity"],
+            springs=[(one["stiffness"], one["length"], one.get("damping", 0.0)) for one in springs.values()],
+            loose=[(pins | guides)[name] for name in loose],
+        )._replace(
+            contacts=contact_list(tuple(contacts.values())),
+            load=read_load(load) if load else NO_LOAD,
+            slider=number[load["body"]] if load else 0,
+            torque=Load(surface, torques[0], 1.0, 0.0, np.radians(degrees), torques - torques[0]),
+        )
+
     places = [[body["centroid"], *body["points"].values()] for body in bodies.values()]
     size = max(math.dist(a, b) for own in places for a in own for b in own) or 1.0
-    return _start(model, size, scene)
+    start, contacts = _start(build({}, {}), size, scene), dict[str, Contact]()
+    for name, clearance in clearances.items():
+        contacts |= read_clearance(name, clearance, bodies[[*bodies][(pins | guides)[name][0]]])
+    model = build(clearances, contacts)
+    units, _ = _units(model, size)
+    smallest = _singular(jacobian(model, start[: model.masses.size]) * units).min(initial=np.inf)
+    return Assembly(model, units, start, smallest, size, contacts)
+
+
+def _units(model: Linkage, size: float) -> tuple[Array, Array]:
+    """Return `Assembly.units` and the units of rows, shape (rows,): with them all is of one magnitude."""
+    speed, guides = int(model.omega != 0.0), model.ideal[1]
+    units = np.array([size, size, 1.0] * (model.masses.size // 3))
+    row_units = np.array([size] * (model.rows - speed - 2 * guides) + [1.0] * speed + [size, 1.0] * guides)
+    return units / row_units[:, None], row_units
+
+
+def _offsets(scene: Mapping[str, Any], rows: int) -> Array:
+    """Return what Phi and Phi' of ideal joints are at the start, shape (2, rows); raise as `read_linkage`."""
+    pins, guides, out = [*scene.get("pin", {})], [*scene.get("guide", {})], np.zeros((2, rows))
+    for name, start in scene.get("clearance", {}).items():
+        if name in pins:
+            row, values = 2 * pins.index(name), np.negative([start["offset"], start["offset_rate"]])
+            reach = math.hypot(*start["offset"])
+        else:
+            row, tilt = rows - 2 * (len(guides) - guides.index(name)), math.radians(start["tilt_deg"])
+            values = np.array([(start["offset"], tilt), (start["offset_rate"], start["tilt_rate"])])
+            reach = start["length"] * abs(math.sin(tilt)) + start["width"] * (abs(math.cos(tilt)) - 1.0)
+            reach = abs(start["offset"]) + 0.5 * reach
+        if reach > start["size"]:
+            raise ValueError(f"clearance.{name}: it is closed by {reach - start['size']:.2g} m at the start")
+        out[:, row : row + 2] = values
+    return out
 
 
 def _given(scene: Mapping[str, Any], table: str, *keys: str) -> dict[int, float]:
@@ -111,8 +153,11 @@ def _given(scene: Mapping[str, Any], table: str, *keys: str) -> dict[int, float]
     }
 
 
-def _start(model: Linkage, size: float, scene: Mapping[str, Any]) -> Assembly:
-    """Close the linkage by Newton's method, and solve for the rates; raise as `read_linkage`."""
+def _start(model: Linkage, size: float, scene: Mapping[str, Any]) -> Array:
+    """Close the linkage by Newton's method, solve for the rates, return both; raise as `read_linkage`.
+
+    All joints of `model` are ideal, except for the offsets of clearances.
+    """
     rows, columns, turn = model.rows, model.masses.size, 3 * model.driven + 2
     known, rates = _given(scene, "initial", *_PLACE), _given(scene, "initial", "vx", "vy", "omega")
     q, v, by_speed, free = np.zeros(columns), np.zeros(columns), int(model.omega != 0.0), columns - rows
@@ -120,24 +165,25 @@ def _start(model: Linkage, size: float, scene: Mapping[str, Any]) -> Assembly:
         known[turn] = model.theta0
     for k, value in (_given(scene, "guess", *_PLACE) | known).items():
         q[k] = value
-    # In units of the size and 1 rad all is of one magnitude.
-    units, fixed = np.array([size, size, 1.0] * (columns // 3)), np.eye(columns)
-    row_units = np.array([size] * (rows - by_speed - 2 * len(model.guided)) + [1.0] * by_speed
-                         + [size, 1.0] * len(model.guided))  # fmt: skip
-    ratio, at = units / row_units[:, None], [*known]
-    for _ in range(100):
-        matrix = np.vstack([jacobian(model, q) * ratio, fixed[at]])
-        errors = np.append(model.phi[:rows] / row_units, (q[at] - [*known.values()]) / units[at])
-        wrong = float(np.abs(errors).max(initial=0.0))
-        if wrong <= 0.01 * _ASSEMBLED or not math.isfinite(wrong):
-            break
-        step = np.linalg.lstsq(matrix, errors)[0]
-        q -= units * step / max(1.0, np.abs(step[2::3]).max())
+    units, fixed, at = np.array([size, size, 1.0] * (columns // 3)), np.eye(columns), [*known]
+    (ratio, row_units), (places, shifts) = _units(model, size), _offsets(scene, rows)
+    # First with ideal joints, whose assembly it is that the guess chooses.
+    for target in [0.0 * places, places] if places.any() else [places]:
+        for _ in range(100):
+            matrix = np.vstack([jacobian(model, q) * ratio, fixed[at]])
+            errors = np.append(
+                (model.phi[:rows] - target) / row_units, (q[at] - [*known.values()]) / units[at]
+            )
+            wrong = float(np.abs(errors).max(initial=0.0))
+            if wrong <= 0.01 * _ASSEMBLED or not math.isfinite(wrong):
+                break
+            step = np.linalg.lstsq(matrix, errors)[0]
+            q -= units * step / max(1.0, np.abs(step[2::3]).max())
     dependent, assembled = rows - _rank(matrix[:rows]), wrong <= _ASSEMBLED
     if dependent and (assembled or free < 0):
         count = f"{dependent} of {rows} rows of the constraints are dependent at the start"
         raise ValueError(f"pin: too many constraints, or a singular position: {count}")
-    at_rest = not by_speed and not rates
+    at_rest = not by_speed and not rates and not shifts.any()
     if len(known) != free + by_speed or not (at_rest or len(rates) == free):
         needs, has = (f"{n} position{'s' * (n != 1)} and {m} rate{'s' * (m != 1)}"
                       for n, m in ((free + by_speed, free), (len(known), len(rates))))  # fmt: skip
@@ -155,9 +201,11 @@ def _start(model: Linkage, size: float, scene: Mapping[str, Any]) -> Assembly:
         if model.springs[k, 1] > 0.0 and math.hypot(*model.phi[rows + 2 * k :][:2]) <= _ASSEMBLED * size:
             raise ValueError(f"spring.{name}: its ends coincide at the start: the force has no direction")
     if not at_rest:
-        right = np.append(-model.rate[:rows] / row_units, [value / units[k] for k, value in rates.items()])
+        right = np.append(
+            -(model.rate[:rows] - shifts) / row_units, [value / units[k] for k, value in rates.items()]
+        )
         v = units * np.linalg.solve(moving, right)
-    return Assembly(model, ratio, np.concatenate([q, v]), _singular(matrix[:rows]).min(initial=np.inf))
+    return np.concatenate([q, v])
 
 
 def _singular(matrix: Array) -> Array:
@@ -170,7 +218,7 @@ def _rank(matrix: Array) -> int:
 
 
 def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
-    """Return formulation, bodies, coordinates, constraints, freedom; raise as `read_linkage`."""
+    """Return formulation, bodies, coordinates, constraints, freedom, start; raise as `read_linkage`."""
     assembly = read_linkage(scene)
     rows, columns = assembly.units.shape
     return {
@@ -179,4 +227,6 @@ def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
         "coordinates": columns,
         "constraints": rows,
         "freedom": columns - rows,
+        "start": dict(zip(scene["body"], assembly.start[:columns].reshape(-1, 3).tolist(), strict=True)),
+        "contacts": [*assembly.contacts],
     }

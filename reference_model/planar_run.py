@@ -1,8 +1,9 @@
 """The run of a planar linkage: projected steps, singular positions, channels.
 
 The equations of index 1 are integrated by DOP853, and each accepted state is projected onto the constraints,
-else a linkage would stick near a singular position. A step may leap over one: the smallest singular value of
-the constraints' Jacobian is followed within steps, and the run ends where a minimum of it is close to zero.
+else a linkage would stick near a singular position. Contacts of clearances are located as in `integrate`, on
+the path that ends at the projected state. A step may leap over a singular position: the smallest singular
+value of the constraints' Jacobian is followed within steps; the run ends where a minimum is close to zero.
 """
 
 import math
@@ -16,21 +17,25 @@ from numpy.typing import NDArray
 from reference_model import compiled, dop853, integrate
 from reference_model.compiled import inlined, inner, kernel
 from reference_model.dop853 import END, POINT, START, dense, evaluate_nodes
-from reference_model.invariants import VIOLATED, Invariant, violation
+from reference_model.events import begin, first_end
+from reference_model.formulations import derivative
+from reference_model.invariants import VIOLATED, Invariant, check_contacts, violation
 from reference_model.linkage import Array
+from reference_model.margins import NONE, has_ended, unsettled
 from reference_model.multiplier import Linkage, constraints, solve
+from reference_model.observation import Pulses
 from reference_model.planar import Assembly, jacobian, read_linkage
-from reference_model.recording import PART, SAMPLE, record
-from reference_model.results import EVENT_COLUMNS, Extrema, Result, name_results
-from reference_model.running import new_run
-from reference_model.state import WORKS, Run
-from reference_model.steps import share_to_kink, step_in_workpiece
+from reference_model.recording import EXTREMUM, PART, SAMPLE, STEP, find_peaks, find_top, record
+from reference_model.results import Extrema, Result, name_results
+from reference_model.running import event_table, new_run, unfinished_events
+from reference_model.state import WORKS, WORST, Event, Records, Run, records
+from reference_model.steps import share_to_kink, step_before_separation, step_in_workpiece
 from reference_model.workpiece import exists, load_energy
 
 SINGULAR = 1e-3
 """Smallest singular value, relative to that at the start, of a singular position."""
 ENERGY = 1e3
-"""Bound of the spurious energy, relative to the largest energy, in units of the tolerance."""
+"""Bound of the spurious energy over the largest one, in tolerances; ten times as much with contacts."""
 RATE_TIME = 1e-2
 """Time in which the error of a rate counts as an error of position, s."""
 WORK = 10.0
@@ -50,11 +55,12 @@ _STEPS = 128
 _REMEDIES = {
     integrate.STEP_TOO_SMALL: ("step-too-small", "steps are below the round-off of time"),
     integrate.STEP_LIMIT: ("work-limit", "shorten the run to less than was reached"),
+    integrate.CHATTER: ("chatter", "contacts open and close without end: choose a smaller tolerance"),
 }
 MOTION = ("x", "y", "angle", "vx", "vy", "omega")
 ACCELERATIONS = ("ax", "ay", "alpha")
-ENERGIES = ("kinetic", "gravity", "drive", "spring", "damping", "load", "residual")
-_SIGNS = np.array([-1.0, 1.0, 1.0, -1.0, -1.0, -1.0])
+ENERGIES = ("kinetic", "gravity", "drive", "spring", "damping", "load", "contact", "friction", "residual")
+_SIGNS = np.array([-1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0, -1.0])
 """Of the energies in the residual."""
 
 
@@ -95,7 +101,8 @@ def observe(
     """Record the state at `t` (s), a share of the step; see `advance`."""
     nodes, n, size = run.nodes, run.counters[0].recorded, model.lambdas.size
     dense(share, nodes.y.shape[1], nodes.y, run.f)
-    if not project(model, t, nodes.y[POINT], nodes.dy[POINT]):
+    # Contacts are located on the path as it is.
+    if model.contacts.size == 0 and not project(model, t, nodes.y[POINT], nodes.dy[POINT]):
         dense(share, nodes.y.shape[1], nodes.y, run.f)  # a singular position has no projection
     evaluate_nodes(model, t, 0.0, POINT, POINT, run.modes, nodes)
     run.counters[0].evaluations += 1
@@ -114,61 +121,103 @@ def advance(
 ) -> int:
     """Integrate to `t_end` (s), or until a buffer is full; return a code as `integrate.advance` does.
 
-    With each row go multipliers and the springs' tension (N) and length (m), shape (n, rows + 2 springs), and
-    the constraints' Jacobian, (n, rows, columns).
+    With each row go the multipliers and `pulls`, shape (n, rows + pulls), and the constraints' Jacobian, (n,
+    rows, columns).
     """
+    contacts, modes, place, located = model.contacts, run.modes, NONE, 0
     nodes, clock, counters, y, dy = run.nodes, run.clock[0], run.counters[0], run.nodes.y, run.nodes.dy
     t, h, planned, status, turn = clock.time, clock.step, 0.0, integrate.REACHED, 3 * model.driven + 2
     if not counters.started:
-        evaluate_nodes(model, t, 0.0, START, START, run.modes, nodes)
+        evaluate_nodes(model, t, 0.0, START, START, modes, nodes)
+        if contacts.size > 0:
+            begin(contacts, run)
+            evaluate_nodes(model, t, 0.0, START, START, modes, nodes)
         counters.started = True
+    switched = counters.switches
     while t < t_end:
-        status = integrate.stop_code(run, settings, 0)
+        status = integrate.stop_code(run, settings, switched)
         if status != integrate.REACHED:
             break
-        h = step_in_workpiece(model.load, nodes.slider[0], min(h, settings.largest))
+        h = min(h, settings.largest)
+        h = step_before_separation(contacts, modes, nodes.touches[0], h, settings.tolerance)
+        h = step_in_workpiece(model.load, nodes.slider[0], h)
         end = t + h if h < t_end - t else t_end
         h = min(h, t_end - t)
-        evaluate_nodes(model, t, h, dop853.FIRST, END, run.modes, nodes)
+        evaluate_nodes(model, t, h, dop853.FIRST, END, modes, nodes)
         counters.evaluations += dop853.STAGES
         free, there = dop853.free_states(nodes), False
         error = dop853.error_norm(h, dy, free, settings.tolerance, RATE_TIME)
-        if model.omega != 0.0:  # no error of the motion knows of the work of a drive that prescribes it
+        # No error of the motion knows of the work of a drive that prescribes it, or of a clipped contact.
+        if model.omega != 0.0 or contacts.size > 0:
             moves = 0.0
             for k in range(model.masses.size):
                 speed = abs(y[END, model.masses.size + k])
                 moves += model.masses[k] * speed * (1.0 + 0.5 * speed)
-            error = max(error, dop853.error_norm(h, dy[:, free:], WORKS, WORK * settings.tolerance * moves))
+            if moves > 0.0:
+                scale = WORK * settings.tolerance * moves
+                error = max(error, dop853.error_norm(h, dy[:, free:], WORKS, scale))
+        factor = math.pow(error, -0.125) if 0.0 < error < math.inf else 4.0 if error == 0.0 else 0.0
         if error <= 1.0:
             first, last, angle = nodes.slider[0], nodes.slider[END], -(y[START, turn] % (2.0 * math.pi))
             share = share_to_kink(model.load, first.y, h * first.vy, last.y, h * last.vy)
             d0, d1, later = -h * dy[START, turn], -h * dy[END, turn], angle + y[START, turn] - y[END, turn]
             share = min(share, share_to_kink(model.torque, angle, d0, later, d1))
             if share < 1.0 and t + share * h > t:
-                h, planned = share * h, max(planned, h)
+                h, planned, place = share * h, max(planned, h), NONE
                 continue
+            if contacts.size > 0:
+                there = project(model, end, y[END], dy[POINT])
+                derivative(model, end, END, modes, nodes)
             integrate.prepare_dense_output(model, t, h, run)
-            dense(1.0, y.shape[1], y, run.f)
-            there = project(model, end, y[POINT], dy[POINT])
-        factor = math.pow(error, -0.125) if 0.0 < error < math.inf else 4.0 if there else 0.0
+            if contacts.size == 0:
+                dense(1.0, y.shape[1], y, run.f)
+                there = project(model, end, y[POINT], dy[POINT])
+            elif there and unsettled(contacts, modes, nodes.touches, h, run.scales, run.unsettled):
+                share, ends = first_end(model, t, h, run) if located < integrate.LOCATIONS else (1.0, place)
+                if ends != NONE or t + share * h > t:
+                    place = ends if ends != NONE or share < 1.0 else place
+                    if share < 1.0:
+                        planned = max(planned, h * min(3.0, 0.9 * factor)) if located == 0 else planned
+                        h, located = share * h, located + 1
+                        if t + h == t:
+                            h = integrate.change_mode(model, run, t, planned, place, settings.tolerance)
+                            place, located, planned = NONE, 0, 0.0
+                        continue
         if not there:
             counters.rejected += 1
-            h, planned = h * min(0.5, max(0.2, 0.9 * factor)), 0.0
+            factor = factor if error > 0.0 else 0.0
+            h, planned, place, located = h * min(0.5, max(0.2, 0.9 * factor)), 0.0, NONE, 0
             if t + 0.1 * h == t:
                 status = integrate.STEP_TOO_SMALL
                 break
             continue
         counters.steps += 1
+        if place != NONE and not has_ended(contacts, modes, nodes.touches[END], place, run.scales):
+            place, planned = NONE, min(planned, h)
         while run.instants[0, counters.instant] <= end:
             now = run.instants[0, counters.instant]
             observe(model, run, now, min(1.0, (now - t) / h), SAMPLE, forces, jacobians)
             counters.instant += 1
+        find_peaks(contacts, run, run.peaks)
+        for k in range(run.peaks.size):
+            if run.peaks.flat[k]:
+                top = find_top(model, run, t, h, k)
+                observe(model, run, t + top * h, top, EXTREMUM, forces, jacobians)
         for k in range(PARTS + 1):
-            observe(model, run, t + (end - t) * k / PARTS, k / PARTS, PART, forces, jacobians)
+            purpose = PART if k < PARTS else PART + STEP + EXTREMUM
+            observe(model, run, t + (end - t) * k / PARTS, k / PARTS, purpose, forces, jacobians)
         for k in range(y.shape[1]):
             y[START, k], dy[START, k] = y[POINT, k], dy[POINT, k]
+        for k in range(contacts.size):
+            nodes.touches[START, k] = nodes.touches[POINT, k]
         nodes.slider[0] = nodes.slider[POINT]
         t, h, planned = end, max(h * min(3.0, 0.9 * factor), planned), 0.0
+        switched = counters.switches
+        if integrate.nothing_touches(modes):
+            clock.flight_step = h
+        if place != NONE:
+            h = integrate.change_mode(model, run, t, h, place, settings.tolerance)
+        place, located = NONE, 0
     clock.time, clock.step = t, h
     return status
 
@@ -178,6 +227,10 @@ def singular_time(assembly: Assembly, times: Array, y: Array, jacobians: Array) 
 
     Times (steps, PARTS + 1), states and Jacobians are those of whole steps.
     """
+    if len(times):  # short steps hardly change the Jacobian, nor by Weyl's inequality its singular values
+        moved = np.linalg.norm((jacobians - jacobians[0, 0]) * assembly.units, axis=(2, 3)).max()
+        if assembly.sigma(jacobians[0, 0]) - 2.0 * moved / assembly.smallest > LOCKING:
+            return math.inf
     sigma, size = assembly.sigma(jacobians), assembly.model.masses.size
     around = np.pad(sigma, ((0, 0), (1, 1)), constant_values=np.inf)
     lowest = (sigma <= around[:, :-2]) & (sigma <= around[:, 2:])
@@ -211,62 +264,84 @@ def singular_time(assembly: Assembly, times: Array, y: Array, jacobians: Array) 
 class Observation:
     """Samples, extrema and the balance of energies of a run with a number of cycles of a period (s)."""
 
-    def __init__(self, scene: Mapping[str, Any], model: Linkage, cycles: int, period: float) -> None:
-        self._scene, self._model, size = scene, model, model.masses.size
-        none = np.empty((0, 2 * size + WORKS)), np.empty((0, model.rows + model.pulls.size))
-        names = self._channels(none[0], none[0], none[1])
-        self.names = [name for name in names if _group(name) in ("", *scene["output"]["groups"])]
+    def __init__(self, scene: Mapping[str, Any], assembly: Assembly, cycles: int, period: float) -> None:
+        model = self._model = assembly.model
+        self._springs, pins, loose = (
+            [*scene.get("spring", {})],
+            scene.get("pin", {}),
+            scene.get("clearance", {}),
+        )
+        what = dict.fromkeys(pins, ("reaction_x", "reaction_y"))
+        what |= dict.fromkeys(scene.get("guide", {}), ("force", "moment"))
+        drive, place = ["drive.torque"] * (model.omega != 0.0), 2 * model.ideal[0]
+        ideal = [f"{joint}.{word}" for joint in what if joint not in loose for word in what[joint]]
+        self._rows = [*ideal[:place], *drive, *ideal[place:]]
+        """Channels in the order of the rows, and of what `Linkage.pulls` holds of clearances."""
+        words = {name: ("x", "y", *what[name]) if name in pins else (*what[name], "", "") for name in loose}
+        self._loose = [f"{name}.{word}" for name in loose for word in words[name]]
+        self._touching = [f"{name}{'_' if '.' in name else '.'}" for name in assembly.contacts]
+        self._groups = {f"{body}.{word}": "" if word in MOTION else "accelerations"
+                        for body in scene["body"] for word in MOTION + ACCELERATIONS}  # fmt: skip
+        for contact in self._touching:
+            of = ["gap"] if contact.endswith("_") else ["x", "y"]
+            self._groups |= {f"{contact}{word}": "contacts" for word in (*of, "normal", "friction")}
+        self._groups |= {f"{joint}.{word}": "joints" for joint in what for word in what[joint]}
+        self._groups |= dict.fromkeys([*drive, *(f"{spring}.force" for spring in self._springs)], "joints")
+        without = [*([] if loose else ["contact", "friction"]), *([] if exists(model.load) else ["load"])]
+        self._groups |= {f"energy_{name}": "energy" for name in ENERGIES if name not in without}
+        self.names = [name for name, of in self._groups.items() if of in ("", *scene["output"]["groups"])]
+        self.pulses = Pulses([*assembly.contacts.values()])
         self.extrema = Extrema(len(self.names), cycles, period)
         self.samples = [np.empty((1 + len(self.names), 0))]
         """Time and channels, shape (1 + names, n) each."""
         self._first: dict[str, Array] = {}
         self._flow, self._residual, self._time = 0.0, 0.0, 0.0
 
-    def _channels(self, y: Array, dy: Array, forces: Array) -> dict[str, Array]:
-        """Return all channels of states, derivatives and forces, shape (n, columns) each."""
-        scene, model, size, count = self._scene, self._model, self._model.masses.size, len(y)
-        q, v, a, works = y.T[:size], y.T[size : 2 * size], dy.T[size : 2 * size], y.T[2 * size :]
+    def _channels(self, y: Array, dy: Array, forces: Array, touches: Records) -> dict[str, Array]:
+        """Return all channels of states, derivatives, forces and contacts, shape (n, columns) each."""
+        model, size, count, rows = self._model, self._model.masses.size, len(y), len(self._rows)
+        q, v, a, works = y.T[:size], y.T[size : 2 * size], dy.T[size : 2 * size], y.T[-WORKS:]
         motion = np.concatenate([each.reshape(size // 3, 3, count) for each in (q, v, a)], axis=1)
-        labels = [f"{body}.{word}" for body in scene["body"] for word in MOTION + ACCELERATIONS]
-        labels += [f"{pin}.reaction_{axis}" for pin in scene.get("pin", {}) for axis in "xy"]
-        pins, rows = len(labels) - 3 * size, model.rows
-        labels += [f"{guide}.{what}" for guide in scene.get("guide", {}) for what in ("force", "moment")]
-        labels += ["drive.torque"] * (model.omega != 0.0) + [
-            f"{spring}.force" for spring in scene.get("spring", {})
-        ]
-        guides = pins + (model.omega != 0.0)
-        joints = -forces.T[[*range(pins), *range(guides, rows), *range(pins, guides)]]
-        pulls, lengths = forces.T[rows::2], forces.T[rows + 1 :: 2]
+        out = dict(zip(self._groups, motion.reshape(3 * size, count), strict=False))
+        pulls, loads = np.split(forces.T[rows:], [2 * len(self._springs)])
+        out |= zip(self._rows, -forces.T[:rows], strict=True)
+        out |= zip(self._loose, loads, strict=True)
+        out |= {f"{spring}.force": pull for spring, pull in zip(self._springs, pulls[::2], strict=True)}
+        for k, contact in enumerate(self._touching):
+            touch = touches[:, k]
+            out |= {f"{contact}gap": touch["gap"], f"{contact}normal": np.maximum(touch["normal"], 0.0)}
+            out[f"{contact}friction"] = touch["friction"]
         energies = [0.5 * model.masses @ v**2, model.weights @ q, works[0],
-                    0.5 * model.springs[:, 0] @ (lengths - model.springs[:, 1:2]) ** 2, works[1],
+                    0.5 * model.springs[:, 0] @ (pulls[1::2] - model.springs[:, 1:2]) ** 2, works[1],
                     load_energy(model.load, q[3 * model.slider + 1])]  # fmt: skip
-        values = [*motion.reshape(3 * size, count), *joints, *pulls, *energies, _SIGNS @ np.stack(energies)]
-        labels += [f"energy_{name}" for name in ENERGIES]
-        out = dict(zip(labels, values, strict=True))
-        if not exists(model.load):
-            del out["energy_load"]
-        return out
+        energies += [touches["stored"].sum(axis=1), works[2]] if self._touching else []
+        out |= {f"energy_{name}": each for name, each in zip(ENERGIES, energies, strict=False)}
+        out["energy_residual"] = _SIGNS[: len(energies)] @ np.stack(energies)
+        return {name: out[name] for name in self._groups}
 
-    def take(self, times: Array, sampled: NDArray[np.bool_], *states: Array) -> None:
-        """Add rows, of samples and of the parts of steps."""
+    def take(self, times: Array, purposes: NDArray[np.int64], *states: Any) -> None:
+        """Add rows, of samples, of the parts of steps and of peaks."""
         every, masses = self._channels(*states), self._model.masses
         self._first = self._first or {name: every[name][:1] for name in ("energy_gravity", "energy_residual")}
         for name, first in self._first.items():
             every[name] = every[name] - first
-        *flows, residual = (np.abs(row) for name, row in every.items() if _group(name) == "energy")
+        *flows, residual = (np.abs(row) for name, row in every.items() if self._groups[name] == "energy")
         momentum = np.abs(states[0][:, masses.size : 2 * masses.size]) @ masses
         self._flow = max(self._flow, float(np.max(flows)) + float(momentum.max()))
         if not residual.max() <= self._residual:
             self._residual, self._time = float(residual.max()), float(times[residual.argmax()])
-        values = np.stack([every[name] for name in self.names])
+        values, sampled = np.stack([every[name] for name in self.names]), (purposes & SAMPLE) > 0
         self.samples.append(np.vstack([times, values])[:, sampled])
-        times, values = times[~sampled], values[:, ~sampled]
+        self.pulses.note(times, purposes, states[-1])
+        self.extrema.widen(times[~sampled], values[:, ~sampled])
+        parts = (purposes & PART) > 0
+        times, values = times[parts], values[:, parts]
         whole = times.size - times.size % (PARTS + 1)
-        self.extrema.widen(times, values)
         for i, name in enumerate(self.names):
-            if name.endswith(".x"):
+            moves = self._groups[name] == ""
+            if moves and name.endswith(".x"):
                 self.extrema.turn(times, values[i : i + 6], i)
-            elif not name.endswith((".y", ".angle")):
+            elif not (moves and name.endswith((".y", ".angle"))):
                 each = (row[:whole].reshape(-1, PARTS + 1) for row in (times, values[i]))
                 self.extrema.widen_between(i, *each)
 
@@ -274,14 +349,6 @@ class Observation:
         """Return the largest spurious energy, relative to the largest energy, and momentum times 1 m/s."""
         share = self._residual / self._flow if self._residual != 0.0 else 0.0
         return Invariant(share, bound, "1", self._time)
-
-
-def _group(name: str) -> str:
-    """Return the group of a channel; empty: it is always there."""
-    word = name.rpartition(".")[2]
-    if word in MOTION:
-        return ""
-    return "accelerations" if word in ACCELERATIONS else "joints" if "." in name else "energy"
 
 
 def run(scene: Mapping[str, Any], progress: Callable[[float], None] | None) -> Result:
@@ -296,45 +363,60 @@ def run(scene: Mapping[str, Any], progress: Callable[[float], None] | None) -> R
         interval = period / output["samples"]
     times = np.arange(round(cycles * period / interval) + 1, dtype=np.float64) * interval
     t_end, largest = float(times[-1]), LARGEST_STEP * min(period, float(times[-1]))
-    room = PARTS + 2 + math.ceil(largest / interval)
+    contacts = assembly.contacts
+    room = PARTS + 2 + math.ceil(largest / interval) + 2 * len(contacts)
     instants = np.stack([np.append(times, np.inf), np.zeros(times.size + 1)])
     capacity = _STEPS * (PARTS + 1) + 2 * room
-    state = new_run(assembly.start, 0, 1e-3 * largest, instants, capacity)
+    state = new_run(assembly.start, len(contacts), 1e-3 * largest, instants, capacity)
     forces = np.empty((capacity, model.rows + model.pulls.size))
     jacobians = np.empty((capacity, *assembly.units.shape))
     settings = integrate.Settings(tolerance, largest, room, STEPS_LIMIT)
-    observation = Observation(scene, model, max(1, math.ceil(cycles - 1e-9)), period)
+    observation = Observation(scene, assembly, max(1, math.ceil(cycles - 1e-9)), period)
+    events = [records(Event, 0)]
     code, end, reported, counters = integrate.BUFFER_FULL, math.inf, 0.0, state.counters[0]
     while code == integrate.BUFFER_FULL and end == math.inf:
         code = advance(model, state, settings, t_end, forces, jacobians)
         n, now = int(counters["recorded"]), float(state.clock["time"][0])
         at, y, dy, counters["recorded"] = state.rows.times[:n], state.rows.y[:n], state.rows.dy[:n], 0
-        steps = np.flatnonzero(state.rows.purposes[:n] == PART).reshape(-1, PARTS + 1)
+        events.append(state.events[: counters["events"]].copy())
+        purposes, touches, counters["events"] = state.rows.purposes[:n], state.rows.touches[:n], 0
+        steps = np.flatnonzero(purposes & PART).reshape(-1, PARTS + 1)
         if model.rows:
             end = singular_time(assembly, at[steps], y[steps], jacobians[steps])
         kept = np.flatnonzero((at <= end) & np.isfinite(dy).all(axis=1))
         if kept.size:
-            observation.take(at[kept], state.rows.purposes[kept] == SAMPLE, y[kept], dy[kept], forces[kept])
+            observation.take(at[kept], purposes[kept], y[kept], dy[kept], forces[kept], touches[kept])
         if progress is not None and now - reported > 0.02 * t_end:
             reported = now
             progress(now / t_end)
     compiled.seal()
-    energy = observation.energy(ENERGY * tolerance)
+    listed = np.concatenate([*events, unfinished_events([*contacts.values()], state)])
+    # Of contacts that begin at one instant the first in the list comes first.
+    listed = listed[np.argsort(listed["contact"], kind="stable")]
+    listed, table = event_table(listed[listed["start"] <= end], [*contacts])
+    invariants, worst = (
+        {"energy": observation.energy(ENERGY * tolerance * (10.0 if contacts else 1.0))},
+        state.worst.tolist(),
+    )
+    if contacts:
+        mobility = 2.0 * float((1.0 / model.masses[::3] + assembly.size**2 / model.masses[2::3]).max())
+        shown = dict(zip(WORST, worst, strict=True)), listed, t_end, tolerance, mobility, math.inf
+        invariants = check_contacts(contacts, *shown) | invariants
     status, remedy = _REMEDIES.get(code, ("success", ""))
     if end < math.inf:
         place = f"singular position at t = {end:.6g} s"
         status, remedy = "singular", f"{place}: the linkage loses its rank; end before it, or start elsewhere"
-    elif status == "success" and (message := violation({"energy": energy})):
+    elif status == "success" and (message := violation(invariants)):
         status, remedy = VIOLATED, message
     sampled, *values = np.concatenate(observation.samples, axis=1)
-    events = {"corner": np.empty(0, dtype=str)} | {name: np.empty(0) for name in EVENT_COLUMNS}
-    result = name_results(observation.names, sampled, np.array(values), events, observation.extrema)
+    result = name_results(observation.names, sampled, np.array(values), table, observation.extrema)
+    pulses = observation.pulses.table(table, listed["contact"])
     provenance = {
         "formulation": assembly.formulation,
         "integrator": "DOP853 with projection",
         "settings": {"tolerance": tolerance, "largest_step_s": largest},
         "counters": {"rhs": int(counters["evaluations"])}
-        | {k: int(counters[k]) for k in ("steps", "rejected")},
-        "invariants": {"energy": energy._asdict()},
+        | {k: int(counters[k]) for k in ("steps", "rejected", *(["switches", "contacts"] * bool(contacts)))},
+        "invariants": {name: each._asdict() for name, each in invariants.items()},
     }
-    return replace(result, provenance=provenance, status=status, remedy=remedy)
+    return replace(result, pulses=pulses, provenance=provenance, status=status, remedy=remedy)

@@ -8,7 +8,7 @@ dense output.
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_model.compiled import constant, inlined, inner
+from reference_model.compiled import constant, inlined, inner, merged
 from reference_model.contact import normal_force
 from reference_model.dop853 import END, POINT, SHARES, dense, evaluate_nodes
 from reference_model.formulations import Model
@@ -148,25 +148,33 @@ def top(values: Array) -> float:
 
 
 @inlined
+def find_top(model: Model, run: Run, t: float, h: float, place: int) -> float:
+    """Return the share of the step from `t` of `h` (s) at which one of the flattened `Run.peaks` is."""
+    k, force, nodes = place // 2, place % 2, run.nodes
+    touches = nodes.touches[POINT]
+    for j in range(PARTS):
+        share = 0.25 * j
+        dense(share, nodes.y.shape[1], nodes.y, run.f)
+        evaluate_nodes(model, t + share * h, 0.0, POINT, POINT, run.modes, nodes)
+        run.parts[j] = normal_force(model.contacts, touches, k) if force else -touches[k].gap
+    return top(run.parts)
+
+
+@merged
 def record_peaks(model: Model, run: Run, t: float, h: float) -> None:
     """Record the step from `t` to t + h (s, in the cycle) where a depth or a force is largest within it.
 
     Each peak is interpolated from the parts of the step. The parts are recorded, too: accelerations do not
     peak together with any one force, as two corners push and the slider turns.
     """
-    contacts, nodes, values, parted, share = model.contacts, run.nodes, run.parts, False, 0.0
-    touches = nodes.touches[POINT]
-    for place in range(2 * contacts.size):
-        k, force = place // 2, place % 2
-        if not run.peaks[k, force]:
+    nodes, parted = run.nodes, 0
+    for place in range(run.peaks.size):
+        if not run.peaks.flat[place]:
             continue
-        for j in range(PARTS + 1):
-            share = 0.25 * j if j < PARTS else top(values)
+        peak = find_top(model, run, t, h, place)
+        for j in range(parted, PARTS + 1):
+            share = 0.25 * j if j < PARTS else peak
             dense(share, nodes.y.shape[1], nodes.y, run.f)
             evaluate_nodes(model, t + share * h, 0.0, POINT, POINT, run.modes, nodes)
-            if j < PARTS:
-                values[j] = normal_force(contacts, touches, k) if force else -touches[k].gap
-            if j < PARTS and not parted:
-                record(contacts, run, POINT, t + share * h, PART)
-        parted = True
-        record(contacts, run, POINT, t + share * h, EXTREMUM)
+            record(model.contacts, run, POINT, t + share * h, PART if j < PARTS else EXTREMUM)
+        parted = PARTS

@@ -1,11 +1,12 @@
 """Run a scene: integrate it in stretches, and collect the result."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reference_model import compiled, integrate
 from reference_model import state as data
@@ -17,7 +18,7 @@ from reference_model.linkage import Array
 from reference_model.margins import MARGINS
 from reference_model.multiplier import Linkage
 from reference_model.observation import Observation
-from reference_model.parameters import SCIPY_METHODS, Parameters
+from reference_model.parameters import SCIPY_METHODS, Contact, Parameters
 from reference_model.recording import PARTS, schedule
 from reference_model.results import EVENT_COLUMNS, Result, channel_names, name_results
 
@@ -161,13 +162,9 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
         if code != integrate.REACHED or t_end - now <= 1e-12 * t_end:
             drain()
         report(now)
-    events.append(_unfinished_events(p, state))
-    contacts = np.concatenate(events)
-    contacts = contacts[np.argsort(contacts["start"], kind="stable")]
+    events.append(unfinished_events(p.contacts, state))
+    contacts, table = event_table(np.concatenate(events), p.contact_names)
     compiled.seal()
-    numbers = contacts["contact"]
-    table = {"corner": np.array(p.contact_names, dtype=np.str_)[numbers]}
-    table |= {column: contacts[column].copy() for column in EVENT_COLUMNS}
     provenance: dict[str, Any] = {
         "formulation": name,
         "integrator": integrator.name,
@@ -183,14 +180,21 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
         status, remedy = VIOLATED, message
     sampled, extrema = observation.sampled, observation.extrema
     result = name_results(names, times[:sampled], observation.samples[:, :sampled], table, extrema)
-    pulses = observation.pulses(table, numbers)
+    pulses = observation.pulses.table(table, contacts["contact"])
     return replace(result, pulses=pulses, provenance=provenance, status=status, remedy=remedy)
 
 
-def _unfinished_events(p: Parameters, state: data.Run) -> data.Records:
+def event_table(events: data.Records, names: Sequence[str]) -> tuple[data.Records, dict[str, NDArray[Any]]]:
+    """Return the events of all contacts in the order of their starts, and the table of these."""
+    events = events[np.argsort(events["start"], kind="stable")]
+    table = {"corner": np.array(names, dtype=np.str_)[events["contact"]]}
+    return events, table | {column: events[column].copy() for column in EVENT_COLUMNS}
+
+
+def unfinished_events(contacts: Sequence[Contact], state: data.Run) -> data.Records:
     """Return the events of the contacts that are still closed when the run ends."""
     closed = np.flatnonzero(state.modes["speed"] > 0.0)
-    rows, contacts = state.current_events[closed].copy(), p.contacts
+    rows = state.current_events[closed].copy()
     impulses = state.nodes.y[0, -data.WORKS - len(contacts) : -data.WORKS]
     for row, k in zip(rows, closed.tolist(), strict=True):
         side = impulses[contacts[k].other] if contacts[k].one_side else 0.0

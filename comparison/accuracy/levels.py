@@ -5,9 +5,9 @@ The numbers are data: ``measured.toml`` has error and cost of the named settings
 """
 
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
 from math import inf, log, nan
@@ -291,6 +291,7 @@ class Plan:
     left_out: tuple[tuple[str, str], ...]  # not modelled, or not computed, and why
     expected: Expected | None  # None for a linkage: sixbar validate shows its error
     instead: tuple[tuple[str, str, float], ...]  # other formulations: setting, name, ratio of their time
+    start: Mapping[str, Sequence[float]] = field(default_factory=dict)  # of a linkage's bodies: x, y, angle
 
 
 def plan(scene: Scene, model: str) -> Plan:
@@ -300,7 +301,9 @@ def plan(scene: Scene, model: str) -> Plan:
         sizes, left = (own["coordinates"], own["constraints"]), (("tight tier", "it is the press's"),)
         beside = " besides the drive" if "speed_rpm" in scene.data["drive"] else ""
         note = f"degrees of freedom{beside}: {own['freedom']}"
-        return Plan(model, own["formulation"], tuple(own["bodies"]), (), *sizes, note, (), "", left, None, ())
+        bodies, contacts = tuple(own["bodies"]), tuple(own.get("contacts", ()))
+        parts = own["formulation"], bodies, (), *sizes, note, contacts, "", left, None, ()
+        return Plan(model, *parts, own.get("start", {}))
     key, instead = f"solver.{model}.formulation", []
     for name in formulations(model, scene.data):
         other = scene.variant({key: name})  # at the scene's settings of that formulation

@@ -22,12 +22,14 @@ whole: kappa is 1. With more runs M_i of the same setting from moved starts
 (`comparison.verdict.confirmation`), u is never below :math:`F_e \max_i \max_{W(t)} |S - M_i|`.
 
 Contacts are shorter than the distance of samples: that all runs have no force at one shows little. Where a
-corner's force is zero and its gap within u of zero, u of the force is at least the largest force of the run.
+corner's force is zero and its gap within u of zero, u of the force is at least the largest force of the run,
+and so of the journal of a linkage.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import degrees, isfinite, isnan, log, nan, sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,6 +114,10 @@ def perturbed_scenes(scene: Scene) -> dict[str, Scene]:
     """Return the scenes whose start is moved by `perturbation`, by name in `Runs`; none without clearance."""
     if not scene.loose:
         return {}
+    if scene.is_linkage:  # of every second state to the other side
+        shifts = {state: PERTURBATION * scale for state, scale in in_clearances(scene).items()}
+        turned = {state: shift * (-1) ** n for n, (state, shift) in enumerate(shifts.items())}
+        return {"perturbed": shifted(scene, shifts), "other_perturbed": shifted(scene, turned)}
     shift = perturbation(scene)
     scenes = {"perturbed": moved(scene, shift, shift)}
     return scenes | ({"other_perturbed": moved(scene, shift, -shift)} if "slider" in scene.loose else {})
@@ -136,6 +142,39 @@ def moved(scene: Scene, across: float, turned: float) -> Scene:
     angle = start["slider_angle"] + turned / mechanism["slider"]["length"]
     offset = start["slider_offset"] + across
     return scene.variant({"initial.slider_offset": offset, "initial.slider_angle": angle})
+
+
+def in_clearances(scene: Scene) -> dict[str, float]:
+    """Return the states of the start within the clearances of a linkage, and their scales (m, rad)."""
+    scales = dict[str, float]()
+    for name, own in scene.data.get("clearance", {}).items():
+        size, guide = own["size"], "length" in own
+        scales |= {f"{name}.{axis}": size for axis in (["offset"] if guide else "xy")}
+        scales |= {f"{name}.tilt": size / own["length"]} if guide else {}
+    return scales
+
+
+def shifted(scene: Scene, offsets: Mapping[str, float]) -> Scene:
+    """Return a linkage whose start is moved in states: BODY.angle and the like, and `in_clearances`."""
+    moved: dict[str, Any] = {}
+    for state, offset in offsets.items():
+        if not offset:
+            continue
+        name, _, quantity = state.partition(".")
+        key = {"angle": "angle_deg", "tilt": "tilt_deg"}.get(quantity, quantity)
+        table = "clearance" if name in scene.loose else "initial"
+        value = scene.data[table].get(name, {})
+        if table == "clearance" and quantity in "xy":
+            both = moved.setdefault(f"clearance.{name}.offset", [*value["offset"]])
+            both["xy".index(quantity)] += offset
+        else:
+            turned = degrees(offset) if key.endswith("_deg") else offset
+            moved[f"{table}.{name}.{key}"] = value.get(key, 0.0) + turned
+    for name in scene.loose:  # one that touches stays within the gap
+        if place := moved.get(key := f"clearance.{name}.offset"):
+            share = min(1.0, (1 - 1e-15) * scene.clearance(name) / float(np.linalg.norm(place)))
+            moved[key] = [share * each for each in place] if isinstance(place, list) else share * place
+    return scene.variant(moved)
 
 
 def uncertainty(
@@ -178,11 +217,14 @@ def model_uncertainty(
     ensemble: Sequence[Table] = (),
     every: int = 1,
     learnt: int | None = None,
+    *,
+    near: Array | None = None,
 ) -> Array | None:
     """Evaluate u(t) for one channel of one model's runs, in its unit; None without a finer run.
 
     ``period`` is that of the motion, s; the ensemble has further runs at the base's setting and times from
-    moved starts; of ``every`` so many samples the first counts. ``learnt``: see `so_far`.
+    moved starts; of ``every`` so many samples the first counts. ``learnt``: see `so_far`. ``near`` is that of
+    the gap which the channel follows, if it is known.
     """
     if runs.finer is None:
         return None
@@ -201,10 +243,18 @@ def model_uncertainty(
     )
     floor = round_off(base, time, runs.base.known[name].round_off, learnt)
     u = uncertainty(levels, windows(time, WINDOW * period), floor, whole=learnt is not None)
-    gap = runs.base.known[name].follows or ""
-    if gap.endswith("_gap") and gap in runs.base.names:
-        near = model_uncertainty(runs, gap, period, ensemble, every, learnt)
-        touching = (base == 0.0) & (np.abs(values(runs.base, gap)) <= near)
+    channel = runs.base.known[name]
+    gap = channel.follows or ""
+    # Of a linkage's journal the eccentricity, which is its clearance where it touches.
+    axes = [gap, f"{gap[:-1]}y"] if channel.group == "contacts" and gap.endswith(".x") else [gap]
+    if gap in runs.base.names and (len(axes) > 1 or gap.endswith("_gap")):
+        errors: list[Array | None] = [near] if near is not None and len(axes) == 1 else []
+        errors = errors or [model_uncertainty(runs, axis, period, ensemble, every, learnt) for axis in axes]
+        closed = 0.0 if len(axes) == 1 else runs.base.known[gap].given
+        open_ = np.abs(np.hypot.reduce([values(runs.base, axis) for axis in axes]) - closed)
+        touching = (base == 0.0) & (
+            open_ <= np.hypot.reduce([error for error in errors if error is not None])
+        )
         u = np.where(touching, np.maximum(u, so_far(np.abs(base), learnt)), u)
     return u
 

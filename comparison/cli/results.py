@@ -75,6 +75,8 @@ def validate_pair(options: Options, models: Pair, out: Path | None) -> tuple[int
     say_wrapped(*([] if options.quiet else lead(comparisons)), err=options.json)
     for line in () if options.quiet else verdict_lines(comparisons, verbose=options.verbose):
         typer.echo(line, err=options.json)  # with colours
+    failed = [tier for one in comparisons if options.quiet for tier in one.tiers if tier.error]
+    say_wrapped(*(f"{tier.name}: {tier.error}" for tier in failed), err=options.json)
     say_wrapped(*sentences, err=options.json)
     summary: dict[str, Any] = plain(
         {

@@ -110,7 +110,7 @@ def run(
             say(f"sixbar: {note}", err=True)
         warn(quality_warnings(table))
         record |= {"reliability": loaded.reliability.model_dump()}
-        path = write(replace(table, provenance=table.provenance | record), out)
+        path = write(table.with_record(record), out)
         say(*map(str, (*companions(table, path), path)))
         return code
 

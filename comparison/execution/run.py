@@ -19,7 +19,7 @@ from comparison.models import check as check_scene
 from comparison.scene import Scene, SceneError, digest
 from comparison.scene.loading import heavy_load
 from comparison.tables.channels import ALONG_GUIDE, expected
-from comparison.tables.table import SAME_GRID, Table, TableError, check
+from comparison.tables.table import SAME_GRID, Table, TableError, check, rows
 
 VIOLATED = "invariant-violated"
 """Status of a run that violates an invariant of its model; its table is complete but invalid."""
@@ -243,8 +243,11 @@ def _attempt(job: Job, progress: Progress | None) -> Outcome:
         # A copy: modifications of the scene by a model must not enter the table's record.
         result = load(job.model)(deepcopy(scene.data), progress=progress)
         table = Table.from_result(result)
+        if "clearance" not in scene.data:  # a linkage without contacts
+            table = replace(table, events=None)
         if result.status == "success":
-            check(table, expected(scene.data), (0.0, scene.duration), name=f"the {job.model} run")
+            own = table.with_record({"scene": scene.data})
+            check(own, expected(scene.data), (0.0, scene.duration), name=f"the {job.model} run")
         if job.dense:
             table = at_own_samples(table, job.scene)
         if result.status != "success":
@@ -270,10 +273,7 @@ def _load_line(job: Job) -> str:
 def _with_scene(outcome: Outcome, scene: Scene) -> Outcome:
     """Record the complete scene in the tables, so that `sixbar compare` finds it beside them."""
     record = {"scene_hash": scene.hash, "scene": scene.data}
-    whole, part = (
-        table and replace(table, provenance={**table.provenance, **record})
-        for table in (outcome.table, outcome.partial)
-    )
+    whole, part = (table and table.with_record(record) for table in (outcome.table, outcome.partial))
     return replace(outcome, table=whole, partial=part)
 
 
@@ -289,8 +289,8 @@ MUCH_DRIFT = 1e-6
 
 def steps_per_contact(table: Table) -> float:
     """Return steps per contact, their median weighted by peak force; nan without contacts or a fixed step."""
-    step, contacts = table.provenance.get("settings", {}).get("step_used"), table.events
-    if step is None or contacts is None or not len(contacts):
+    step, contacts = table.provenance.get("settings", {}).get("step_used"), table.contacts
+    if step is None or contacts is None or not rows(contacts):
         return nan
     lengths = np.asarray(contacts["end"] - contacts["start"], dtype=np.float64)
     forces = np.asarray(contacts["peak_force"], dtype=np.float64)
@@ -312,12 +312,12 @@ def energy_share(table: Table) -> float:
 
 def contact_warnings(table: Table) -> list[str]:
     """Return a line if a measure of a contact is zero in every contact: the model does not record it."""
-    events = table.events
-    if events is None or not len(events):
+    events = table.contacts
+    if events is None or not (count := rows(events)):
         return []
     measures = ("normal_speed", "impulse", "peak_force", "largest_depth")
-    zero = [name for name in measures if name in events and not events[name].to_numpy().any()]
-    line = f"{', '.join(zero)} of all its {len(events)} contacts are zero: these are not recorded, it seems"
+    zero = [name for name in measures if name in events and not np.any(events[name])]
+    line = f"{', '.join(zero)} of all its {count} contacts are zero: these are not recorded, it seems"
     return [line] if zero else []
 
 
@@ -325,10 +325,11 @@ def quality_warnings(table: Table) -> list[str]:
     """Return one line for each quality check that a finished run fails."""
     lines = []
     if (steps := steps_per_contact(table)) < FEW_STEPS:
+        tree = ", or use solver.exudyn.formulation = 'tree'"
         lines.append(
             f"half of its contacts, weighted by force, last less than {number(steps, 2)} steps; accurate "
-            f"impulses require at least {FEW_STEPS:g}: reduce solver.exudyn.step, or use "
-            "solver.exudyn.formulation = 'tree'"
+            f"impulses require at least {FEW_STEPS:g}: reduce solver.exudyn.step"
+            f"{tree * ('body' not in table.provenance.get('scene', {}))}"
         )
     if (share := energy_share(table)) > MUCH_ENERGY:
         lines.append(f"spurious energy is {percent(share)} of the dissipated energy: refine the solver")
@@ -341,9 +342,9 @@ def quality_warnings(table: Table) -> list[str]:
         )
     lines += contact_warnings(table)
     radius = table.provenance.get("scene", {}).get("contact", {}).get("corner_radius")
-    if radius is not None and table.events is not None:
-        depth = float(table.events["largest_depth"][table.events["corner"] != "pin"].max())
-        if depth > radius:  # nan without a contact
+    if radius is not None and (contacts := table.contacts) is not None:
+        depths = np.asarray(contacts["largest_depth"])[np.asarray(contacts["corner"]) != "pin"]
+        if (depth := float(depths.max(initial=0.0))) > radius:
             lines.append(
                 f"a corner is pressed {quantity(depth, 'm')} into the wall, deeper than its radius "
                 f"contact.corner_radius = {radius:g} m: the contact law is not valid there"

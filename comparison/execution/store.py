@@ -1,12 +1,11 @@
 """Results on disk, by keys that hash everything that can change them: nothing is computed twice.
 
-A result is one file, named by its key: a run below ``runs`` of the cache folder, a row of a study in a folder
-of its own. It is written elsewhere, then renamed: complete or absent, whoever else writes. It begins with its
-checksum: a damaged one is reported to this module's logger and computed again.
+A result is one file, named by its key: a run or a comparison below ``runs`` of the cache folder, a row of a
+study in a folder of its own. It is written elsewhere, then renamed: complete or absent, whoever else writes.
+It begins with its checksum: a damaged one is reported to this module's logger and computed again.
 """
 
 import hashlib
-import io
 import json
 import logging
 import os
@@ -14,22 +13,25 @@ import shutil
 import time
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from importlib import import_module
+from math import prod
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
+from numpy.typing import NDArray
 from platformdirs import user_cache_path
+from pydantic import BaseModel
 
 from comparison.files import FolderError, check_folder, check_size, json_text, replacing
-from comparison.tables.table import Table
 
 KEEP_DAYS = 30
 RUNS, ROWS = "runs", "rows"
 LARGEST = 1_000_000_000
 """Largest size of a stored result, bytes."""
 Row = dict[str, Any]
-_COLUMNS, _TEXTS = ("pulses", "cycle_extrema"), {"corner": "U3"}
 _LOG = logging.getLogger(__name__)
 _SUM = hashlib.sha256().digest_size
 
@@ -54,31 +56,16 @@ def cache_warning() -> str:
     return ""
 
 
-def fetch(key: str) -> Table | None:
-    """Return the stored run, which was checked before; None without one that is sound."""
-    if (content := _content(cache_folder() / RUNS / key)) is None:
-        return None
-    with np.load(io.BytesIO(content)) as file:
-        parts: dict[str, Any] = dict(file)
-    record = json.loads(parts.pop("record").tobytes())
-    for name, rows in parts.items():
-        columns = {field: np.ascontiguousarray(rows[field]) for field in rows.dtype.names}
-        parts[name] = columns if name in _COLUMNS else pd.DataFrame(columns)
-    return Table(**parts, extrema=record.pop("extrema"), provenance=record)
+def fetch(key: str) -> Any:
+    """Return a stored run or comparison, which was checked before; None without one that is sound."""
+    content = _content(cache_folder() / RUNS / key)
+    return None if content is None else unpacked(content)
 
 
-def keep(key: str, table: Table) -> None:
-    """Store a run; do nothing if that is impossible."""
-    packed = io.BytesIO()
-    record = json_text({**table.provenance, "extrema": table.extrema}).encode()
-    parts: dict[str, Any] = {
-        name: pd.DataFrame(part).to_records(index=False, column_dtypes=_TEXTS)
-        for name in ("frame", "events", "dense", *_COLUMNS)
-        if (part := getattr(table, name)) is not None
-    }
-    np.savez(packed, **parts, record=np.frombuffer(record, np.uint8))
+def keep(key: str, value: object) -> None:
+    """Store a run or a comparison; do nothing if that is impossible."""
     with suppress(OSError):
-        _store(cache_folder() / RUNS / key, packed.getvalue())
+        _store(cache_folder() / RUNS / key, packed(value))
 
 
 def fetch_file(key: str) -> bytes | None:
@@ -139,3 +126,102 @@ def _content(path: Path) -> bytes | None:
     with suppress(OSError):  # the folder may be read-only
         os.utime(path)
     return stored[_SUM:]
+
+
+# ---- results as bytes
+#
+# JSON, then the arrays, of equal ones one. Each object of the JSON is what JSON lacks: its type and content.
+
+_ALIGNED = 8  # bytes
+
+
+def packed(value: Any) -> bytes:
+    """Return a result as bytes, of equal ones the same.
+
+    It consists of what JSON has, of tuples, arrays and data frames, and of this package's dataclasses, named
+    tuples, enumerations and models of pydantic; a `TypeError` for anything else.
+    """
+    import pandas as pd  # which a run that is only written does without
+
+    places: dict[bytes, int] = {}
+    end = 0
+
+    def array(values: NDArray[Any]) -> list[Any]:
+        nonlocal end
+        values = values.astype("U") if values.dtype.kind == "O" else values
+        content = values.tobytes()
+        content += bytes(-len(content) % _ALIGNED)
+        if (place := places.setdefault(content, end)) == end:
+            end += len(content)
+        return [values.dtype.str, values.shape, place]
+
+    def plain(part: Any) -> Any:
+        kind = type(part)
+        if _is_record(kind):
+            return {f"{kind.__module__}:{kind.__name__}": plain(_fields(part))}
+        if part is None or isinstance(part, bool | int | float | str):
+            return part
+        if isinstance(part, np.generic):
+            return part.item()
+        if isinstance(part, list):
+            return [plain(each) for each in part]
+        if isinstance(part, tuple):
+            return {"tuple": [plain(each) for each in part]}
+        if isinstance(part, Mapping):
+            return {"dict": [[plain(name), plain(each)] for name, each in part.items()]}
+        if isinstance(part, np.ndarray):
+            return {"array": array(part)}
+        if isinstance(part, pd.DataFrame):
+            return {"frame": [[name, array(part[name].to_numpy())] for name in part]}
+        raise TypeError(f"{kind.__name__} cannot be stored")
+
+    head = json.dumps(plain(value), separators=(",", ":")).encode()
+    head += b" " * (-len(head) % _ALIGNED)
+    return b"".join([len(head).to_bytes(_ALIGNED), head, *places])
+
+
+def hash_of(value: Any) -> str:
+    """Return the SHA-256 (hex) of a value that can be `packed`."""
+    return hashlib.sha256(packed(value)).hexdigest()
+
+
+def _is_record(kind: Any) -> bool:
+    """Return whether a class is of this package and has nothing but data."""
+    known = isinstance(kind, type) and kind.__module__.startswith("comparison.")
+    return known and (issubclass(kind, Enum | BaseModel | tuple) or is_dataclass(kind))
+
+
+def _fields(record: Any) -> Any:
+    if isinstance(record, Enum):
+        return record.name
+    if isinstance(record, BaseModel):
+        return record.model_dump(exclude_unset=True)
+    if isinstance(record, tuple):
+        return dict(zip(record._fields, record, strict=True))  # type: ignore[attr-defined]
+    return {field.name: getattr(record, field.name) for field in fields(record)}
+
+
+def unpacked(content: bytes) -> Any:
+    """Return the result that `packed` made bytes of; its arrays are read-only."""
+    import pandas as pd
+
+    begin = _ALIGNED + int.from_bytes(content[:_ALIGNED])
+
+    def array(dtype: str, shape: list[int], place: int) -> NDArray[Any]:
+        return np.frombuffer(content, dtype, prod(shape), begin + place).reshape(shape)
+
+    def part(tagged: dict[str, Any]) -> Any:
+        ((kind, value),) = tagged.items()
+        if kind in ("tuple", "dict"):
+            return tuple(value) if kind == "tuple" else dict(value)
+        if kind == "array":
+            return array(*value)
+        if kind == "frame":
+            return pd.DataFrame({name: array(*column) for name, column in value})
+        module, _, name = kind.partition(":")
+        record: Any = getattr(import_module(module), name) if module.startswith("comparison.") else None
+        if not _is_record(record):  # nothing else may be called
+            raise TypeError(f"{kind} cannot be stored")
+        return record[value] if issubclass(record, Enum) else record(**value)
+
+    return json.loads(content[_ALIGNED:begin], object_hook=part)

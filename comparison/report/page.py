@@ -8,28 +8,29 @@ import hashlib
 import re
 import subprocess
 from cmath import rect
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
+from functools import partial
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from itertools import count
-from math import degrees, isnan, radians, sqrt
+from math import ceil, degrees, isnan, radians, sqrt
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import jinja2
 import numpy as np
 from markupsafe import Markup
-from matplotlib.figure import Figure
 
+from comparison.execution.store import fetch, hash_of, keep
 from comparison.files import write_text
 from comparison.formatting import NO_BREAK, number, percent, pretty_unit, quantity
 from comparison.metrics import WINDOW
-from comparison.models import platform_name
+from comparison.models import package_hash, platform_name
 from comparison.regression.check import Check, Gate
 from comparison.reliability.assessment import MARGIN
 from comparison.report import svg, tables
-from comparison.report.figures import channel_figure
 from comparison.report.plots import FORCES, MOTION, scene_plots, shown, table_plots
 from comparison.tables.channels import channels, has_load
 from comparison.tables.table import Table, TableError
@@ -108,6 +109,7 @@ def code_version(file: Path) -> str:
 
 _SLIDER = (448.0, 172.0, 70.0, 118.0)  # centre (x, y), width and height of the enlarged slider
 _GAP = 18.0  # width of the clearance in the drawing
+_INSET = 7.0  # width of an enlarged clearance of a linkage
 _LEFT, _TOP, _WIDTH, _HEIGHT = 16.0, 34.0, 300.0, 250.0  # drawing of the press
 
 
@@ -232,14 +234,31 @@ def linkage_drawing(scene: SceneComparison) -> dict[str, Any] | None:
         scale=scale,
         sliders={guide["body"] for guide in data["guide"].values()},
         springs=len(springs),
+        insets=[*_insets(data, start)],
+        height=330 + 120 * ceil(len(scene.ran.loose) / 5),
     )
     caption = f"{', '.join(data['body'])} at the start, from the run by {scene.labels[0]}."
+    caption += " Below, its clearances enlarged." if scene.ran.loose else ""
     return {
         "svg": Markup(drawing.replace("\n", "")),
         "caption": caption,
         "alt": f"Drawing of the linkage: {caption}",
         "geometry": {"bodies": start, "springs": springs, "view": [scale, left, top]},
     }
+
+
+def _insets(data: Mapping[str, Any], start: Mapping[str, Sequence[float]]) -> Iterator[dict[str, Any]]:
+    """Yield places and shapes of the enlarged clearances of a linkage, px: each gap is equally wide."""
+    for n, (name, own) in enumerate(data.get("clearance", {}).items()):
+        magnified, offset, guide = _INSET / own["size"], own["offset"], data["guide"].get(name)
+        inset = {"x": 60 + 120 * (n % 5), "y": 370 + 120 * (n // 5), "words": f"{name}: {_mm(own['size'])}"}
+        if guide is None:
+            yield inset | {"shift": (magnified * offset[0], -magnified * offset[1]), "block": None}
+            continue
+        length, width, tilt = own["length"], own["width"], -magnified * own["tilt_deg"]
+        scale = min(80.0 / length, 36.0 / width)  # of the block; displacements are magnified
+        inset |= {"turned": -guide["direction_deg"] - degrees(start[guide["on"]][2]), "tilt": tilt / scale}
+        yield inset | {"shift": -magnified * offset, "block": (scale * length, scale * width), "gap": _INSET}
 
 
 def _mm(metres: float) -> str:
@@ -319,11 +338,15 @@ def render(
         ratio_of=lambda channel: "" if channel is None or isnan(channel.ratio) else number(channel.ratio, 2),
         percent_of=lambda share: "" if isnan(share) else percent(share),
         card_of=verdicts.card,
-        channel_figure=channel_figure,
+        channel_figure=lambda tier, channel, key: _stored(
+            tier, [channel.channel, key], partial(_figure, tier, channel, key)
+        ),
         schematic=schematic,
         linkage_drawing=linkage_drawing,
         by_severity=lambda scene: sorted(scene.tiers, key=lambda tier: -rank(tier.verdict)),
-        plots_of=lambda tiers: [(tier.tier, text) for tier in tiers if (text := scene_plots(tier))],
+        plots_of=lambda tiers: [
+            (tier.tier, text) for tier in tiers if (text := _stored(tier, [], partial(scene_plots, tier)))
+        ],
         drawn=_drawn,
         shown=shown,
         sections=_sections,
@@ -363,6 +386,22 @@ def anchors(names: Sequence[str]) -> list[str]:
     return ids
 
 
+def _stored(tier: SceneComparison, part: list[str], draw: Callable[[], str]) -> Markup:
+    """Return a drawing, of models' runs the stored one where an equal comparison was drawn before."""
+    if tier.ran is None or not tier.channels:
+        return Markup(draw())
+    key = hash_of([tier.hash, *part, package_hash()])
+    if (drawing := fetch(key)) is None:
+        drawing = str(draw())
+        keep(key, drawing)
+    return Markup(drawing)
+
+
+def _figure(tier: SceneComparison, channel: ChannelComparison, key: str) -> str:
+    figures = import_module("comparison.report.figures")  # slow to import, and seldom needed twice
+    return str(figures.channel_figure(tier, channel, key))
+
+
 def _drawn(tier: SceneComparison) -> ChannelComparison | None:
     """Return the channel of a scene to be drawn: the one that decides, else the first excited one."""
     return tier.worst_channel or next(iter(tier.excited.values()), None)
@@ -374,11 +413,12 @@ def _without_contact(scene: SceneComparison) -> bool:
 
 def _sections(scene: SceneComparison) -> list[tuple[str, str]]:
     """Return ids and names of the sections that a scene has."""
+    touching = any(events is not None and len(events) for events in scene.events)
     sections = {
         "plots": ("Plots", any(map(shown, scene.tiers))),
         f"{scene.tier}-why": ("Why", True),
-        f"{scene.tier}-channels": ("Channels", scene.channels),
-        "contacts": ("Contacts", tables.contact_table(scene) or _without_contact(scene)),
+        f"{scene.tier}-channels": ("Channels", scene.excited),
+        "contacts": ("Contacts", touching or _without_contact(scene)),
         "reliability": ("Reliability", any(tier.reliability for tier in scene.tiers)),
         "runs": ("Runs", any(tier.provenance for tier in scene.tiers)),
     }
@@ -505,6 +545,8 @@ def write_gate(gate: Gate, path: Path, *, command: str, lead: Sequence[str]) -> 
 
 def _gate_figure(check: Check, key: str) -> Markup:
     """Draw the current curve with the baseline's checkpoints, and below it their distance and threshold."""
+    from matplotlib.figure import Figure
+
     time, values = check.data["curve"]
     at, before, threshold, now = check.data["rows"].T
     distance, unit = np.abs(now - before), pretty_unit(check.data["unit"])

@@ -11,6 +11,7 @@ from __future__ import annotations
 import base64
 import json
 import math
+import re
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -21,7 +22,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from comparison.formatting import pretty_unit
-from comparison.metrics import Pulse, pulses_of
+from comparison.metrics import Pulse, pulses_of, touched
 from comparison.report.svg import envelope, upper_envelope
 from comparison.tables.channels import CONTACTS, CORNERS, Array, Channel, channels, touching
 from comparison.tables.table import Table
@@ -68,12 +69,14 @@ def guide_of(channel: str, scene: Mapping[str, Any] | None) -> float:
 def contact_of(channel: str, scene: Mapping[str, Any] | None) -> str:
     """Return the contact whose normal force a channel is: "ll" of ``corner_ll_normal``, empty of any other.
 
-    Under the law foundation the contact is a side's and two corners share its force: no channel has it.
+    Of a linkage it is "PIN" or "GUIDE.ll". Under the law foundation the contact is a side's and two corners
+    share its force: no channel has it.
     """
     for corner in CORNERS:
         if channel == f"corner_{corner}_normal" and (scene is None or touching(corner, scene) == [corner]):
             return corner
-    return ""
+    own = re.fullmatch(r"(.+\.(?:ll|lr|ul|ur))_normal|(.+)\.normal", channel)
+    return next(filter(None, own.groups())) if own else ""
 
 
 def scene_lines(scene: SceneComparison, channel: ChannelComparison) -> list[Line]:
@@ -182,11 +185,10 @@ class Curve(NamedTuple):
 
 def independent(scene: SceneComparison) -> list[str]:
     """Return the excited channels; of corners the normal forces and those that differ: the others follow."""
-    return [
-        name
-        for name, channel in scene.excited.items()
-        if not name.startswith("corner_") or name.endswith("_normal") or channel.verdict == "differ"
-    ]
+    excited = scene.excited.items()
+    at_contacts = {name for name, channel in excited if channel.definition.group in ("corners", "contacts")}
+    following = {name for name in at_contacts if name.endswith(("gap", "friction"))}
+    return [name for name, channel in excited if name not in following or channel.verdict == "differ"]
 
 
 def shown(scene: SceneComparison) -> list[ChannelComparison]:
@@ -243,7 +245,7 @@ def _packed(
     pulses: Sequence[Sequence[Pulse]],
 ) -> str:
     kept = _kept(curves, time)
-    described = []
+    among, described = [*dict.fromkeys([*CONTACTS, *touched(*events)])], []
     for channel, zero, models, judged in curves:
         first, *others = (np.asarray(values)[kept] - zero for values in models)
         # Zero lies on the grid of values: a corner that is free has exactly no force.
@@ -268,7 +270,7 @@ def _packed(
                 "unit": pretty_unit(channel.unit),
                 "verdict": "" if judged is None else judged.verdict,
                 "guide": bool(zero),
-                "contact": list(CONTACTS).index(contact) if contact else -1,
+                "contact": among.index(contact) if contact in among else -1,
                 "least": float(f"{least:.3g}"),
                 "floor": channel.floor,
                 "grid": [lowest, step],
@@ -287,7 +289,13 @@ def _packed(
         "of": int(time.size),
         "start": float(time[0]),
         "time": [float(f"{since:.10g}") for since in (time[kept] - time[0]).tolist()],
-        "contacts": [_contacts(table) for table in events],
+        "contacts": [_contacts(table, among) for table in events],
+        "places": [
+            (f"corner_{p}_normal", f"the {CONTACTS[p]}")
+            if p in CONTACTS
+            else (f"{p}{'._'['.' in p]}normal", p)
+            for p in among
+        ],
         "first": [name for name in dict.fromkeys(head["first"]) if name in names] or names[:1],
         "pulses": [_pulses(table, own) for table, own in zip(events, pulses, strict=True)],
         "channels": described,
@@ -311,15 +319,14 @@ def _kept(curves: Sequence[Curve], time: Array) -> NDArray[np.intp]:
     return np.unique(np.concatenate(indices))
 
 
-def _contacts(events: pd.DataFrame | None) -> list[list[Any]]:
+def _contacts(events: pd.DataFrame | None, among: Sequence[str]) -> list[list[Any]]:
     """Return corner, start (s), duration (s) and peak force (N) of each contact, by start."""
     if events is None:
         return []
-    places = list(CONTACTS)
     peaks = events["peak_force"] if "peak_force" in events else pd.Series(0.0, events.index)
     rows = zip(events["corner"], events["start"], events["end"], peaks, strict=True)
     return [
-        [places.index(corner), round(start, 8), float(f"{end - start:.4g}"), float(f"{peak:.4g}")]
+        [among.index(corner), round(start, 8), float(f"{end - start:.4g}"), float(f"{peak:.4g}")]
         for corner, start, end, peak in sorted(rows, key=lambda row: float(row[1]))
     ]
 

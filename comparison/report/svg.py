@@ -1,4 +1,9 @@
-"""Figures of matplotlib as SVG in the colours of a page, and curves thinned to the resolution of a figure."""
+"""Figures of matplotlib as SVG in the colours of a page, and curves thinned to the resolution of a figure.
+
+It is imported by what draws: a page whose drawings are stored needs none of it.
+"""
+
+from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
@@ -6,17 +11,18 @@ from contextlib import contextmanager
 from io import StringIO
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.legend import Legend
 from numpy.typing import NDArray
 
 from comparison.files import write_text
 from comparison.tables.channels import Array, BoolArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.legend import Legend
 
 STYLE = Path(__file__).with_name("assets") / "sixbar.mplstyle"
 COLUMNS = 400
@@ -50,6 +56,8 @@ SERIES_LINES: tuple[dict[str, Any], ...] = tuple(
 @contextmanager
 def style() -> Iterator[None]:
     """Use the report's settings instead of the user's."""
+    import matplotlib as mpl
+
     with mpl.rc_context():
         mpl.rc_file(STYLE)
         yield
@@ -60,6 +68,8 @@ def panels(
     path: Path, rows: int = 1, columns: int = 1, *, height: float = 3.0, **options: Any
 ) -> Iterator[list[Axes]]:
     """Draw a figure of panels, ``height`` inches high, with room for a legend above; write it to a file."""
+    from matplotlib.figure import Figure
+
     with style():
         figure = Figure(layout="constrained")
         figure.set_figheight(height)
@@ -87,9 +97,14 @@ def inline_svg(figure: Figure, key: str) -> str:
 
     ``key``, unique on the page, tells its ids from another figure's, which matplotlib numbers alike.
     """
+    import matplotlib as mpl
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
     text = StringIO()
-    with mpl.rc_context({"svg.hashsalt": key}):
-        figure.savefig(text, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
+    with mpl.rc_context({"svg.hashsalt": key}):  # `Figure.savefig` would draw it twice
+        canvas = FigureCanvasSVG(figure)
+        kept_out = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+        canvas.print_svg(text, metadata=kept_out)  # type: ignore[no-untyped-call]
     svg = re.sub(r"<\?xml.*?\?>|<!DOCTYPE.*?>|<!--.*?-->", "", text.getvalue(), flags=re.DOTALL)
     svg = re.sub(r'<g id="[^"]*"', "<g", svg)  # matplotlib numbers them alike in every figure
     for role, colour in _ROLES.items():

@@ -8,7 +8,7 @@ import numpy as np
 from markupsafe import Markup
 
 from comparison.formatting import MISSING, NO_BREAK, number, percent, pretty_unit, quantity
-from comparison.metrics import SITUATIONS
+from comparison.metrics import SITUATIONS, touched
 from comparison.reliability.assessment import Difference
 from comparison.reliability.errors import unit_of
 from comparison.report.svg import spans
@@ -126,10 +126,10 @@ def attribution_table(scene: SceneComparison) -> Table | None:
 
 def contact_table(scene: SceneComparison) -> Table | None:
     """Return a row per corner (or pin) and one for all; None without contacts."""
-    touched = {place for events in scene.events if events is not None for place in events["corner"]}
-    places = {name: [place] for place, name in CONTACTS.items() if place in touched}
+    names = touched(*scene.events)
+    places = {CONTACTS.get(place, place): [place] for place in names}
     if places:
-        places["all"] = list(CONTACTS)
+        places["all"] = names
     rows: dict[str, Cells] = {}
     for name, among in places.items():
         sides = [

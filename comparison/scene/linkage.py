@@ -9,13 +9,14 @@ from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
 from itertools import pairwise
-from math import ceil, dist, pi
+from math import ceil, cos, dist, hypot, pi, radians, sin
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from comparison.scene.schema import (
+    EXUDYN_STEP,
     KG,
     KGM2,
     M_S,
@@ -23,10 +24,13 @@ from comparison.scene.schema import (
     MAX_SAMPLES_PER_CYCLE,
     RAD_S,
     Compare,
+    DampingModel,
     Environment,
+    Friction,
     Load,
     M,
     NotNegative,
+    Poisson,
     Positive,
     Real,
     S,
@@ -35,13 +39,17 @@ from comparison.scene.schema import (
     Texts,
     Unit,
     common_violations,
+    contact_violations,
 )
 
 NAMED = ("body", "pin", "guide", "spring", "initial", "guess")
 """Tables that hold a table for each name, of a body in the last two."""
 STEPS_IN_TURN, STEPS = 50_000, 100_000
 """Default steps of Exudyn at least, in a turn of what a speed drives, else in the duration."""
+ENERGIES = ("kinetic", "gravity", "drive", "spring", "contact", "damping", "friction", "load", "residual")
 DEG, N_M = Unit("deg"), Unit("N m")
+CORNERS = (".ll", ".lr", ".ul", ".ur")
+"""Ends of the names of a guide's contacts: corners of the block, lower and upper along it, left and right."""
 
 
 def _on_axis(value: object) -> object:
@@ -105,6 +113,73 @@ class Spring(Pin):
     """Damping coefficient."""
 
 
+class LinkageContact(Section):
+    """Contact law and materials of clearances: keys of the press's, with one number for both partners."""
+
+    law: Literal["hertz-corners", "adams-impact"] = "hertz-corners"
+    """Contact model, force law: by Hertz, or IMPACT of ADAMS."""
+    youngs_modulus: Annotated[Positive, Unit("Pa")] = 210e9
+    """Young's modulus E (elastic stiffness) of the material."""
+    poisson: Poisson = 0.28
+    """Poisson's ratio nu of the material."""
+    restitution: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] = 0.9
+    """Coefficient of restitution e of an impact, which sets the damping: 1 has none."""
+    damping_model: DampingModel = "lankarani-nikravesh"
+    """Damping factor of Hertz's law."""
+    exponent: Annotated[float, Field(ge=1, allow_inf_nan=False)] = 1.5
+    """Exponent n (power) of the depth in the contact force."""
+    impact_speed_floor: Annotated[Positive, M_S] = 1e-4
+    """Smallest impact speed that the damping refers to."""
+    stiffness: Annotated[Positive | None, Unit("N/m^n")] = None
+    """Stiffness k of the law adams-impact; without it K of Hertz's law, from the materials."""
+    damping: Annotated[NotNegative, Unit("N s/m")] = 260.0
+    """Largest damping coefficient c_max of the law adams-impact."""
+    damping_depth: Annotated[Positive, M] = 1e-5
+    """Depth d_max at which the damping of the law adams-impact is the largest."""
+
+
+class LinkageFriction(Friction):
+    """Modified Coulomb friction in clearances, none by default."""
+
+    coefficient: NotNegative = 0.0
+    """Coefficient mu of Coulomb friction (dynamic, kinetic)."""
+    static_speed: Annotated[NotNegative, M_S] = 1e-4
+    """Sliding speed v0 below which there is no friction."""
+    transition_speed: Annotated[Positive, M_S] = 1e-3
+    """Sliding speed v1 above which friction is full; it exceeds static_speed."""
+
+
+class Clearance(Section):
+    """Clearance of the pin or guide of its name: journal in bearing, or rectangular block between walls."""
+
+    size: Annotated[Positive, M]
+    """Gap (play): radial of a pin, on each side of a guide."""
+    journal_radius: Annotated[Positive | None, M] = None
+    """Radius of a pin's journal, which the first of the two points carries; 0.01 by default."""
+    length: Annotated[Positive | None, M] = None
+    """Length of a guide's block along the guide."""
+    width: Annotated[Positive | None, M] = None
+    """Width of a guide's block across the guide."""
+    corner_radius: Annotated[Positive | None, M] = None
+    """Radius (rounding) of the block's corners in Hertz's law; 0.001 by default."""
+    offset: Annotated[Pair | Real | None, M] = None
+    """Start: [x, y] of the journal from the bearing's centre, or distance of the block to the line's left."""
+    offset_rate: Annotated[Pair | Real | None, M_S] = None
+    """Start: rate of the offset."""
+    tilt_deg: Annotated[Real | None, DEG] = None
+    """Start: angle of a guide's block beyond the guide's angle_deg."""
+    tilt_rate: Annotated[Real | None, RAD_S] = None
+    """Start: rate of the tilt."""
+    contact: LinkageContact | None = None
+    friction: LinkageFriction | None = None
+
+
+OF_PIN: dict[str, Any] = {"journal_radius": 0.01, "offset": [0.0, 0.0], "offset_rate": [0.0, 0.0]}
+OF_GUIDE: dict[str, Any] = {"length": None, "width": None, "corner_radius": 1e-3}
+OF_GUIDE |= dict.fromkeys(("offset", "offset_rate", "tilt_deg", "tilt_rate"), 0.0)
+"""Keys of a clearance at a pin, at a guide, and their defaults; without one a key must be given."""
+
+
 class LinkageDrive(Section):
     """Drive of one body: a speed, a torque, or none."""
 
@@ -154,8 +229,8 @@ class BodyLoad(Load):
 class LinkageOutput(Section):
     """Recorded channel groups and sampling density."""
 
-    groups: list[Literal["accelerations", "joints", "energy"]] = Field(default=["accelerations"])
-    """Groups of channels besides the bodies' motion."""
+    groups: list[Literal["accelerations", "contacts", "joints", "energy"]] = Field(default=["accelerations"])
+    """Groups of channels besides the bodies' motion; by default, with clearance, contacts as well."""
     samples_per_cycle: Annotated[int, Field(ge=2, le=MAX_SAMPLES_PER_CYCLE)] | None = None
     """Samples in a turn of a body driven by speed, 1000 by default."""
     duration: Annotated[Positive | None, S] = None
@@ -172,6 +247,9 @@ class LinkageKeys(Section):
     pin: dict[Name, Pin] = Field(default={})
     guide: dict[Name, Guide] = Field(default={})
     spring: dict[Name, Spring] = Field(default={})
+    clearance: dict[Name, Clearance] = Field(default={})
+    contact: LinkageContact | None = None
+    friction: LinkageFriction | None = None
     drive: LinkageDrive
     initial: dict[Name, Start] = Field(default={})
     guess: dict[Name, Guess] = Field(default={})
@@ -191,6 +269,12 @@ class LinkageKeys(Section):
             yield "drive.torque_table", rows, "must lead from 0 to 360 deg, with equal torques there"
         if any(after[0] <= before[0] for before, after in pairwise(rows)):
             yield "drive.torque_table", rows, "must have rising angles"
+        loose, body = self.clearance, drive.body
+        guided = {guide.body: guide.on for name, guide in self.guide.items() if name not in loose}
+        while body in guided:
+            body = guided.pop(body)
+        if body == "frame" and not drive.free:
+            yield "drive.body", drive.body, "cannot turn: a guide holds its angle"
         ways = ("speed_rpm", "torque", "torque_table", "free")
         if len(given := [way for way in ways if getattr(drive, way) is not None]) != 1:
             yield "drive", given, f"must have one of {', '.join(ways)}"
@@ -201,11 +285,48 @@ class LinkageKeys(Section):
             if value is not None:
                 yield key, value, f"is for a linkage {'without' if by_speed else 'with'} drive.speed_rpm"
         if not by_speed and output.duration is None:
-            yield "output.duration", None, "must be given (s) where no speed drives"
+            yield "output.duration", None, "must be given (s): a drive without speed_rpm needs it"
         samples = (drive.cycles or 1.0) * (output.samples_per_cycle or 1000)
         if not 0.5 < samples <= MAX_SAMPLES:
             yield "drive.cycles", drive.cycles, f"must give 1 to {MAX_SAMPLES} samples, not {samples:g}"
+        yield from self._clearance_violations()
         yield from common_violations(self)
+
+    @property
+    def laws(self) -> dict[str, tuple[LinkageContact, LinkageFriction]]:
+        """Contact law and friction of each clearance, by the beginning of its keys; of "" the usual ones."""
+        usual = self.contact or LinkageContact(), self.friction or LinkageFriction()
+        own = {
+            f"clearance.{name}.": (_over(usual[0], own.contact), _over(usual[1], own.friction))
+            for name, own in self.clearance.items()
+        }
+        return {"": usual} | own
+
+    def _clearance_violations(self) -> Iterator[tuple[str, object, str]]:
+        for table in ("contact", "friction"):
+            if (own := getattr(self, table)) and not self.clearance:
+                yield table, own.model_dump(exclude_unset=True), "is for a linkage with a table clearance"
+        for name, own in self.clearance.items():
+            at, known = f"clearance.{name}", OF_PIN if name in self.pin else OF_GUIDE
+            if name not in {**self.pin, **self.guide}:
+                yield at, name, f"is no pin or guide{_close(name, {**self.pin, **self.guide})}"
+            for key in OF_PIN | OF_GUIDE:
+                value, usual = getattr(own, key), known.get(key)
+                if value is None and key in known and usual is None:
+                    yield f"{at}.{key}", None, "must be given for a guide"
+                elif value is not None and key not in known:
+                    yield f"{at}.{key}", value, f"is for a {'guide' if known is OF_PIN else 'pin'}"
+                elif value is not None and isinstance(value, list) is not isinstance(usual, list):
+                    yield f"{at}.{key}", value, f"must be {'[x, y]' if known is OF_PIN else 'a number'}"
+            offset, size = own.offset or 0.0, own.size
+            depth = (hypot(*offset) if isinstance(offset, list) else abs(offset)) - size
+            if own.tilt_deg and own.length and own.width:
+                tilt = radians(own.tilt_deg)
+                depth += (own.length * abs(sin(tilt)) + own.width * (abs(cos(tilt)) - 1.0)) / 2.0
+            if depth > 0.0:
+                yield f"{at}.offset", offset, f"starts {depth:.3g} m beyond the gap {at}.size = {size:g} m"
+        for at, laws in self.laws.items():
+            yield from contact_violations(*laws, at)
 
     def _name_violations(self) -> Iterator[tuple[str, object, str]]:
         """Yield names that are not those of bodies or of their points, or of two things."""
@@ -251,6 +372,11 @@ class LinkageKeys(Section):
                     yield f"{table}.{name}.point", joint.point, "is for a joint with the frame alone"
 
 
+def _over(usual: Any, own: Section | None) -> Any:
+    """Return a table with the keys that one of its own gives in place of the usual ones."""
+    return usual.model_copy(update={key: getattr(own, key) for key in own.model_fields_set}) if own else usual
+
+
 def _close(wrong: str, names: Mapping[str, object]) -> str:
     close = get_close_matches(wrong, names, n=1)
     return f"; did you mean {close[0]}?" if close else f"; there are {', '.join(names)}"
@@ -275,7 +401,16 @@ def complete(keys: LinkageKeys) -> dict[str, Any]:
         guide.setdefault("angle_deg", guide["direction_deg"])
     for guess in data["guess"].values():
         guess.setdefault("angle_deg", 0.0)
-    drive, output = data["drive"], data["output"]
+    drive, output, loose = data["drive"], data["output"], data["clearance"]
+    for at, laws in keys.laws.items() if loose else ():
+        table = loose[at.split(".")[1]] if at else data
+        table |= {name: law.model_dump() for name, law in zip(("contact", "friction"), laws, strict=True)}
+    for name in loose:
+        loose[name] = (OF_PIN if name in keys.pin else OF_GUIDE) | loose[name]
+    if not loose:
+        del data["clearance"]
+    elif "groups" not in keys.output.model_fields_set:
+        output["groups"] = ["accelerations", "contacts"]
     if "speed_rpm" in drive:
         drive.setdefault("cycles", 1.0)
         span, steps, samples = 60.0 / abs(drive["speed_rpm"]), STEPS_IN_TURN, "samples_per_cycle"
@@ -283,6 +418,7 @@ def complete(keys: LinkageKeys) -> dict[str, Any]:
         span, steps, samples = output["duration"], STEPS, "samples"
     count = output.setdefault(samples, 1000)
     if "step" not in keys.solver.exudyn.model_fields_set:
+        steps = max(steps, span / EXUDYN_STEP) if loose else steps  # contacts are as short as the press's
         data["solver"]["exudyn"]["step"] = span / count / ceil(steps / count)
     for model, usual in (("reference", "multiplier"), ("exudyn", "full")):
         if data["solver"][model]["formulation"] == "auto":
@@ -295,17 +431,28 @@ def quantities(data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     size, rpm = largest_length(data), abs(data["drive"].get("speed_rpm", 0.0))
     scales = {"length": size, "1": 1.0, "length/T": size * rpm * pi / 30, "1/T": rpm * pi / 30}
     groups, known = {"motion", *data["output"]["groups"]}, dict[str, dict[str, Any]]()
-    for table, names in {**data, "drive": ["drive"] if rpm else []}.items():
-        for name in names if table in _file() else ():
-            for quantity, keys in _file()[table].items():
-                own = {"label": f"{name} {quantity}".replace("_", " ")}
-                own |= {"rate": f"{name}.{keys['rate']}"} if "rate" in keys else {}
-                given = scales.get(keys.get("scale", "")) or None
-                known[f"{name}.{quantity}"] = keys | own | {"scale": "range", "given": given}
+    tables = {**data, "drive": ["drive"] if rpm else []}
+    places = [("body", name) for name in data["body"]]
+    places += [("corner" if "." in place else "journal", place) for place in contacts(data)]
+    places += [(table, name) for table in ("pin", "guide", "spring", "drive") for name in tables[table]]
+    for table, name in places:
+        scales["clearance"] = data.get("clearance", {}).get(name.partition(".")[0], {}).get("size", 0.0)
+        first = f"{name}{'_' if table == 'corner' else '.'}"
+        for quantity, keys in _file()[table].items():
+            own = {"label": f"{name} {quantity}".replace("_", " ")}
+            own |= {key: f"{first}{keys[key]}" for key in ("rate", "follows") if key in keys}
+            given = scales.get(keys.get("scale", "")) or None
+            known[f"{first}{quantity}"] = keys | own | {"scale": "range", "given": given}
     known = {name: keys for name, keys in known.items() if keys["group"] in groups}
-    parts = ("kinetic", "gravity", "drive", "spring", "damping", *(["load"] * ("load" in data)), "residual")
-    energies = [f"energy_{part}" for part in parts if "energy" in groups]
+    without = {"load"} - {*data} | (set() if "clearance" in data else {"contact", "friction"})
+    energies = [f"energy_{part}" for part in ENERGIES if "energy" in groups and part not in without]
     return known | {name: _file()["energy"].get(name, {}) for name in energies}
+
+
+def contacts(data: Mapping[str, Any]) -> list[str]:
+    """Return the contacts of a linkage as event tables name them: "PIN", and "GUIDE.ll" of each corner."""
+    loose = data.get("clearance", {})
+    return [f"{name}{end}" for name in loose for end in (CORNERS if name in data["guide"] else [""])]
 
 
 def largest_length(data: Mapping[str, Any]) -> float:

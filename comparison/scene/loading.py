@@ -26,6 +26,7 @@ from pydantic import ValidationError
 from comparison.files import contents, reading
 from comparison.models import declared_formulations, smallest
 from comparison.scene.keys import (
+    Key,
     apply,
     combine,
     command_line,
@@ -60,6 +61,10 @@ _SECTIONS = (
 _HEAD = """\
 # Scene of sixbar. What is not written here has the value of the scene that this
 # one extends; "sixbar keys" lists all keys. SI units except where a key says so.
+"""
+_LINKAGE_HEAD = """\
+# Linkage of sixbar, complete: a part that is deleted here is gone. "sixbar keys --linkage"
+# lists all keys and their defaults. SI units except where a key says so.
 """
 
 
@@ -129,13 +134,16 @@ class Scene:
 
     @cached_property
     def loose(self) -> tuple[str, ...]:
-        """The joints with clearance, of "crank_pin" and "slider"."""
-        joints = self.data.get("joints", {})
+        """The joints with clearance, of a linkage in its order, else of "crank_pin" and "slider"."""
+        if self.is_linkage:
+            return tuple(self.data.get("clearance", ()))
+        joints = self.data["joints"]
         return tuple(joint for joint in JOINTS if joints.get(joint) == "clearance")
 
     def clearance(self, joint: str) -> float:
         """Return the clearance of a joint, m; 0 where it is ideal."""
-        return float(self.data["clearance"][joint]) if joint in self.loose else 0.0
+        size: Any = self.data["clearance"][joint] if joint in self.loose else 0.0
+        return float(size["size"] if self.is_linkage else size)
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
@@ -287,7 +295,11 @@ def _read(path: Path, chain: tuple[Path, ...]) -> dict[str, Any]:
     if not isinstance(base, str):
         raise SceneError(f"{where}: scene.extends = {short(base)} must be a shipped name or a path")
     inherited = _read(_locate(base, path.parent, path.stem), (*chain, path))
-    return merged({key: value for key, value in inherited.items() if key.partition(".")[0] != "scene"}, keys)
+    keys = merged({key: value for key, value in inherited.items() if key.partition(".")[0] != "scene"}, keys)
+    if {"body", "mechanism"} <= {key.partition(".")[0] for key in keys}:
+        rule = "a linkage ([body]) and the press ([mechanism]) cannot extend one another"
+        raise SceneError(f"{where}: scene.extends = {short(base)}: {rule}")
+    return keys
 
 
 def _combined(
@@ -337,20 +349,25 @@ def new_scene(path: Path, source: str) -> str:
         raise SceneError(f"{path}: a scene's name must be letters, digits and . _ + = - only")
     scene = load_scene(source)
     data: Any = scene.data
-    extends = source
+    head, extends = _HEAD, source
     if source not in (BASE, *shipped_scenes(), *shipped_linkages()):
         extends = str(Path(source).expanduser().absolute())
         with suppress(ValueError):  # on another drive
             extends = os.path.relpath(extends, path.parent.absolute())
-    lines = [_HEAD, "[scene]", f"extends = {toml(Path(extends).as_posix())}", f"title = {toml(path.stem)}"]
+    base = f"extends = {toml(Path(extends).as_posix())}"
     keys = [key for name in _SECTIONS for key in scene_keys() if key.name.startswith(f"{name}.")]
-    if scene.is_linkage:
+    if scene.is_linkage:  # whole: through a base that it extends a part that is deleted would come back
+        head, base, data = _LINKAGE_HEAD, "", nested(scene.files)
+        order = {name.rpartition(".")[0]: -n for n, name in enumerate(reversed(scene.files))}
+        known, none = scene_keys(LinkageKeys), Key("", "", "", None, "", "")  # of another model's settings
         keys = [
-            key._replace(name=name)
-            for name in sorted(scene.files, key=lambda name: name.rpartition(".")[0])
-            for key in scene_keys(LinkageKeys)
-            if f"{name}.".startswith(f"{with_name(key.name, name)}.") and not name.startswith("scene.")
+            next(
+                (key for key in known if f"{name}.".startswith(f"{with_name(key.name, name)}.")), none
+            )._replace(name=name)
+            for name, value in sorted(scene.files.items(), key=lambda item: order[item[0].rpartition(".")[0]])
+            if value != {} and not name.startswith("scene.")
         ]
+    lines = [head, "[scene]", *filter(None, (base, f"title = {toml(path.stem)}"))]
     for key in keys:
         section, _, own = key.name.rpartition(".")
         if f"[{section}]" not in lines:

@@ -22,6 +22,8 @@ SMALLEST, LARGEST = 1e-30, 1e30
 """Bounds of the size of a number other than 0: a product of several must not exceed 1e308."""
 NAME = r"^[A-Za-z0-9][A-Za-z0-9._+=-]*$"
 """Pattern of the name of a scene, and of its files."""
+EXUDYN_STEP = 2e-6
+"""Default step of Exudyn in contacts, s."""
 MATERIALS = ("contact.youngs_modulus", "contact.poisson")
 PARTNERS = ("slider", "guide")
 """The keys `MATERIALS` hold one number for both `PARTNERS` of a contact, or one for each."""
@@ -69,7 +71,7 @@ IDENTIFIED = Source("identified")  # from figures that the paper prints
 class Section(BaseModel):
     """Section of the scene file; unknown keys are rejected."""
 
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, use_attribute_docstrings=True)
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
     @model_validator(mode="after")
     def _check_rules(self) -> Self:
@@ -192,6 +194,7 @@ class Partners(Section, Generic[Number]):
     guide: Number
 
 
+DampingModel = Literal["lankarani-nikravesh", "hunt-crossley", "flores", "gonthier"]
 ONE, EACH = Tag("number"), Tag("partners")
 CHOICE = Discriminator(lambda value: "partners" if isinstance(value, dict | Section) else "number")
 
@@ -209,9 +212,7 @@ class Contact(Section):
     """Poisson's ratio nu of the material; .slider and .guide are those of each partner."""
     restitution: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False), TABLE_2]
     """Coefficient of restitution e of an impact, which sets the damping of Eqs. 9-11: 1 has none."""
-    damping_model: Literal["lankarani-nikravesh", "hunt-crossley", "flores", "gonthier"] = (
-        "lankarani-nikravesh"
-    )
+    damping_model: DampingModel = "lankarani-nikravesh"
     """Damping factor of Hertz's law and of the foundation; the paper's Eq. 11 is the first."""
     exponent: Annotated[float, Field(ge=1, allow_inf_nan=False), TABLE_2]
     """Exponent n (power) of the depth in the contact force."""
@@ -242,9 +243,9 @@ class Load(Section):
     """Elastic workpiece that pushes the slider up near bottom dead centre; none by default."""
 
     surface: Annotated[Real, M] = -0.0318
-    """Height y of the slider's centre at which it meets the workpiece, in the fixed frame."""
+    """Height y at which the centre of the loaded body meets the workpiece, in the fixed frame."""
     force: Annotated[NotNegative, Unit("N")] = 0.0
-    """Force of the workpiece (press force) at load.depth; 0 is no workpiece."""
+    """Force of the workpiece (working load) at load.depth; 0 is no workpiece."""
     depth: Annotated[Positive, M] = 3e-3
     """Depth below the surface at which the power law has load.force."""
     exponent: Annotated[float, Field(ge=1, allow_inf_nan=False)] = 1.5
@@ -273,15 +274,15 @@ class ReferenceSolver(Section):
     """Settings of the reference model; tolerance: absolute local error of the positions (m and rad)."""
 
     formulation: str = "auto"
-    """Equations of the reference: minimal, multiplier; auto is minimal."""
+    """Equations of the reference: minimal, multiplier; auto is minimal, of a linkage multiplier."""
     method: str = "dop853"
-    """Integrator of the reference: dop853, or one of SciPy's solve_ivp."""
+    """Integrator of the reference: dop853, of the press also those of SciPy's solve_ivp."""
     tolerance: Positive = 1e-10
     """Absolute local error of the reference's positions in metres and radians (accuracy)."""
     baumgarte_alpha: NotNegative = 10.0
-    """Baumgarte stabilization of velocities, alpha; only with multipliers."""
+    """Baumgarte stabilization of velocities, alpha; only with the press's multipliers."""
     baumgarte_beta: NotNegative = 10.0
-    """Baumgarte stabilization of positions, beta; only with multipliers."""
+    """Baumgarte stabilization of positions, beta; only with the press's multipliers."""
 
 
 class ExudynSolver(Section):
@@ -292,11 +293,11 @@ class ExudynSolver(Section):
     """
 
     formulation: str = "auto"
-    """Equations of Exudyn: tree, full (five bodies); auto is the smallest with the requested channels."""
+    """Equations of Exudyn: full (all bodies), of the press also tree; auto is the smallest that suffices."""
     method: str = "auto"
     """Integrator of Exudyn; auto is the formulation's usual one."""
-    step: Annotated[Positive, S] = 2e-6
-    """Time step dt of Exudyn in contacts, with full; the largest step, 1e-4 by default, with tree."""
+    step: Annotated[Positive, S] = EXUDYN_STEP
+    """Time step dt of Exudyn, in contacts if there are some; with tree the largest step, 1e-4 by default."""
     tolerance: Positive = 1e-7
     """Tolerance of Newton's method with full; local error, 1e-10 by default, with tree (accuracy)."""
 
@@ -384,28 +385,13 @@ class SceneKeys(Section):
     compare: Compare = Compare()
     reliability: Reliability = Reliability()
 
-    def _damping_violations(self) -> Iterator[tuple[str, object, str]]:
-        contact = self.contact
-        model, restitution = contact.damping_model, contact.restitution
-        if model == "lankarani-nikravesh":
-            return
-        if contact.law not in ("hertz-corners", "foundation"):
-            rule = f"needs contact.law = 'hertz-corners' or 'foundation', not {contact.law!r}"
-            yield "contact.damping_model", model, rule
-        if model != "hunt-crossley" and restitution < LEAST_RESTITUTION:
-            rule = f"must be >= {LEAST_RESTITUTION:g}, by which contact.damping_model = {model!r} divides"
-            yield "contact.restitution", restitution, rule
-
     def _violations(self) -> Iterator[tuple[str, object, str]]:
-        speed, cycles, friction = self.drive.speed_rpm, self.drive.cycles, self.friction
+        speed, cycles = self.drive.speed_rpm, self.drive.cycles
         if speed == 0:
             yield "drive.speed_rpm", speed, "must not be zero"
         elif not isfinite(60.0 / speed * cycles):
             yield "drive.cycles", cycles, f"last for ever at speed_rpm = {speed:g}"
-        if friction.transition_speed <= friction.static_speed:
-            bound = f"must be > friction.static_speed = {friction.static_speed:g} m/s"
-            yield "friction.transition_speed", friction.transition_speed, bound
-        yield from self._damping_violations()
+        yield from contact_violations(self.contact, self.friction)
         for name in ("displacement", "velocity", "acceleration"):
             limits = getattr(self.reliability, name)
             if limits.lower >= limits.upper:
@@ -418,6 +404,22 @@ class SceneKeys(Section):
             bound = f"times output.samples_per_cycle must give 1 to {MAX_SAMPLES} samples, not {samples:g}"
             yield "drive.cycles", cycles, bound
         yield from common_violations(self)
+
+
+def contact_violations(contact: Any, friction: Friction, at: str = "") -> Iterator[tuple[str, object, str]]:
+    """Yield key, value and rule of what the tables contact and friction ``at`` a place violate."""
+    if friction.transition_speed <= friction.static_speed:
+        bound = f"must be > {at}friction.static_speed = {friction.static_speed:g} m/s"
+        yield f"{at}friction.transition_speed", friction.transition_speed, bound
+    model, restitution = contact.damping_model, contact.restitution
+    if model == "lankarani-nikravesh":
+        return
+    if contact.law not in ("hertz-corners", "foundation"):
+        laws = "'hertz-corners'" + " or 'foundation'" * isinstance(contact, Contact)
+        yield f"{at}contact.damping_model", model, f"needs {at}contact.law = {laws}, not {contact.law!r}"
+    if model != "hunt-crossley" and restitution < LEAST_RESTITUTION:
+        rule = f"must be >= {LEAST_RESTITUTION:g}, by which {at}contact.damping_model = {model!r} divides"
+        yield f"{at}contact.restitution", restitution, rule
 
 
 def common_violations(keys: Any) -> Iterator[tuple[str, object, str]]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from comparison.formatting import spans
-from comparison.tables.channels import CONTACTS, Array, BoolArray, Channel
+from comparison.tables.channels import Array, BoolArray, Channel
 from comparison.tables.table import SAME_GRID, Table, TableError, slacks
 
 # ---- missing rows, and the shift between two tables, reported, never applied
@@ -303,7 +303,7 @@ def resample(
             continue
         edges = np.empty(0)
         if events is not None:
-            own = events["corner"].isin(_jumps_with(known[name]))
+            own = events["corner"].isin(_jumps_with(known[name], {*events["corner"]}))
             edges = np.unique(events.loc[own, ["start", "end"]].to_numpy(np.float64))
         edges = edges[(edges > time[0]) & (edges <= time[-1])]
         first, undetermined = _determining(time, at, edges)
@@ -315,12 +315,13 @@ def resample(
     return sampled, unknown
 
 
-def _jumps_with(channel: Channel) -> list[str]:
-    """Return the contacts at whose events a channel jumps."""
-    if channel.name.startswith("corner_"):
-        _, corner, quantity = channel.name.split("_")
-        return [corner] if quantity in {"normal", "friction"} else []
-    return list(CONTACTS) if channel.group in {"accelerations", "joints"} else []
+def _jumps_with(channel: Channel, places: set[str]) -> set[str]:
+    """Return the contacts, of those in a run, at whose events a channel jumps."""
+    if channel.group in {"corners", "contacts"}:
+        name = channel.name.removeprefix("corner_")
+        ends = [f"{joint}{force}" for joint in "_." for force in ("normal", "friction")]
+        return {place for place in places if name in {f"{place}{end}" for end in ends}}
+    return places if channel.group in {"accelerations", "joints"} else set()
 
 
 def _determining(time: Array, at: Array, edges: Array) -> tuple[NDArray[np.intp], BoolArray]:

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from comparison.scene.linkage import quantities
+from comparison.scene.linkage import contacts, quantities
 
 Array = NDArray[np.float64]
 """Values of a channel, and what is computed from them."""
@@ -89,6 +89,11 @@ def known_channels(scene: Mapping[str, Any]) -> dict[str, Channel]:
     """Return the channels that a table of a scene may hold: the press's, and those of its linkage."""
     own = quantities(scene) if "body" in scene else {}
     return channels() | {name: Channel(name, **keys) for name, keys in own.items() if keys}
+
+
+def places(scene: Mapping[str, Any]) -> list[str]:
+    """Return the contacts of a scene as event tables name them: of the press, or "PIN" and "GUIDE.ll"."""
+    return contacts(scene) if "body" in scene else [*CONTACTS]
 
 
 def touching(place: str, scene: Mapping[str, Any]) -> list[str]:

@@ -146,9 +146,13 @@ def position(n: int) -> str:
     return f"#{n + 1}"
 
 
+MAPPING = "a mapping (--mapping, or [mapping] of a pair file)"
+"""A mapping, in messages of ``sixbar compare``, ``reliability`` and ``judge``."""
+
+
 def remedy(keys: str) -> str:
     """Return the end of a message: the keys of a mapping that settle how a table is read."""
-    return f"state {keys} in [dialect] of a mapping (--mapping)"
+    return f"state {keys} in [dialect] of {MAPPING}"
 
 
 def decode(content: bytes) -> str:

@@ -22,6 +22,7 @@ from comparison.files import check_size
 from comparison.tables import table_files
 from comparison.tables.channels import Array, Channel, channels, is_uncertainty
 from comparison.tables.dialect import (
+    MAPPING,
     NUMBER,
     Column,
     Source,
@@ -123,7 +124,7 @@ def _vectors(path: Path) -> tuple[list[Column], list[str]]:
 
 # ---- columns as channels
 
-_HINT = "a mapping file (--mapping) assigns columns to channels"
+_HINT = f"{MAPPING} assigns columns to channels"
 _NO_RULE = Rule(channel="")
 # Of the largest value: a channel that varies by less varies by the rounding of its numbers.
 _ROUND_OFF = 4 * float(np.finfo(np.float64).eps)
@@ -315,7 +316,7 @@ def _common_unit(name: str, stated: Sequence[tuple[str, Column, Rule]]) -> str:
     for other, beside in others[:1]:
         if not same_dimension(parse_unit(first or ""), parse_unit(other or "")):
             one, two = (f"in {unit}" if unit else "without a unit" for unit in (first, other))
-            rule = f'a mapping (--mapping) with [channels."{name}"] and its unit = "..." decides'
+            rule = f'{MAPPING} with [channels."{name}"] and its unit = "..." decides'
             raise TableError(f"column {name!r} is {one} in {table} and {two} in {beside}: {rule}")
     return first or ""
 

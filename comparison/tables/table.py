@@ -5,19 +5,24 @@ Pulses are the normal forces of the contacts in time: columns ``row`` (in the ev
 ``force`` (N), sorted by row and time; of a contact with many samples a table keeps the envelope.
 """
 
+from __future__ import annotations
+
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from comparison.files import json_text
 from comparison.formatting import spans
 from comparison.scene import Scene, SceneError, scene_from_mapping
-from comparison.tables.channels import CONTACTS, Array, BoolArray, Channel, is_uncertainty, known_channels
+from comparison.tables.channels import Array, BoolArray, Channel, is_uncertainty, known_channels, places
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Columns = dict[str, NDArray[Any]]
 
@@ -36,13 +41,35 @@ class TableError(ValueError):
     """Unusable table; the message is one line with file, channel and row."""
 
 
+class _Frame:
+    """Attribute of a table: a data frame, or arrays by name until its frame is read.
+
+    Importing pandas takes longer than most runs; a run that is only checked and written does without.
+    """
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    def __get__(self, table: Table | None, owner: type) -> Any:
+        if table is None:
+            return None  # the default, for which the dataclass asks
+        if isinstance(part := table.__dict__[self.name], dict):
+            import pandas as pd
+
+            part = table.__dict__[self.name] = pd.DataFrame(part)
+        return part
+
+    def __set__(self, table: Table, part: object) -> None:
+        table.__dict__[self.name] = part
+
+
 @dataclass(frozen=True)
 class Table:
     """Results of a run."""
 
-    frame: pd.DataFrame
+    frame: pd.DataFrame = _Frame()  # type: ignore[assignment]
     """``time`` (s) first, then one column per channel."""
-    events: pd.DataFrame | None = None
+    events: pd.DataFrame | None = _Frame()  # type: ignore[assignment]
     """One row per contact, or None where the source has no events."""
     extrema: dict[str, dict[str, float]] = field(default_factory=dict)
     """Channel -> min, time_of_min, max, time_of_max over integration steps, whatever the samples."""
@@ -54,7 +81,7 @@ class Table:
     """Normal forces of the events in time, or None where the source has none."""
     cycle_extrema: Columns | None = None
     """The extrema of each crank cycle, such as ``slider_ay_time_of_min``, shape (cycles,); or None."""
-    dense: pd.DataFrame | None = None
+    dense: pd.DataFrame | None = _Frame()  # type: ignore[assignment]
     """The columns ``time`` and `ALONG_GUIDE` at more times than ``frame`` has; or None."""
 
     @classmethod
@@ -63,14 +90,13 @@ class Table:
         if fault := next(result_faults(result), ""):
             raise TableError(f"the model's {fault}")
         try:
-            frame = pd.DataFrame(result.columns)
-            events = pd.DataFrame(result.events) if result.events else None
+            frame, events = (_arrays(part) for part in (result.columns, result.events))
         except ValueError as error:
             raise TableError(f"the model's columns are inconsistent: {error}") from error
         pulses = getattr(result, "pulses", None)
         return cls(
             frame,
-            events,
+            events if result.events else None,
             result.extrema,
             {**result.provenance, "status": result.status, "remedy": result.remedy},
             pulses=thinned(pulses) if pulses and pulses["row"].size else None,
@@ -97,7 +123,17 @@ class Table:
     @property
     def names(self) -> list[str]:
         """Names of all columns."""
-        return [str(name) for name in self.frame]
+        return [str(name) for name in self.columns]
+
+    @property
+    def columns(self) -> Mapping[Any, Any]:
+        """Columns by name, as pandas' or as arrays."""
+        return self.__dict__["frame"]  # type: ignore[no-any-return]
+
+    @property
+    def contacts(self) -> Mapping[Any, Any] | None:
+        """Columns of the events by name, as pandas' or as arrays; None where the source has no events."""
+        return self.__dict__["events"]  # type: ignore[no-any-return]
 
     @property
     def channels(self) -> list[str]:
@@ -127,7 +163,21 @@ class Table:
 
     def values(self, channel: str) -> Array:
         """Return one column, shape (n,)."""
-        return np.asarray(self.frame[channel], dtype=np.float64)
+        return np.asarray(self.columns[channel], dtype=np.float64)
+
+    def with_record(self, entries: Mapping[str, Any]) -> Self:
+        """Return the table with these entries of its provenance."""
+        table = copy(self)
+        table.__dict__["provenance"] = self.provenance | dict(entries)
+        return table
+
+
+def _arrays(part: dict[str, Any]) -> Any:
+    arrays = {name: np.asarray(column) for name, column in part.items()}
+    shapes = {array.shape for array in arrays.values()}
+    if [len(shape) for shape in shapes] not in ([], [1]):
+        raise ValueError("all arrays must be of the same length, shape (n,)")
+    return arrays
 
 
 def check(
@@ -159,7 +209,7 @@ def _faults(table: Table, channels: Sequence[str], span: tuple[float, float] | N
     if unexpected := [channel for channel in table.channels if channel not in channels]:
         yield f"channel {unexpected[0]} is unexpected"
     for channel in ("time", *channels):
-        yield from _number_faults(channel, table.frame[channel])
+        yield from _number_faults(channel, table.columns[channel])
     time = table.time
     if time.size < 2:
         yield f"{time.size} data rows; at least 2 are required"
@@ -170,17 +220,24 @@ def _faults(table: Table, channels: Sequence[str], span: tuple[float, float] | N
     if span is not None and (abs(time[0] - span[0]) > early or abs(time[-1] - span[1]) > late):
         own, wanted = spans(float(time[0]), float(time[-1]), *span)
         yield f"truncated: it spans {own} and must span {wanted}"
-    events = pd.DataFrame({"start": [], "end": []}) if table.events is None else table.events
-    if len(events):
-        yield from _event_faults(events, time[0], time[-1], 0.5 * float(np.median(steps)))
+    contacts = table.contacts
+    count = 0 if contacts is None else rows(contacts)
+    if contacts is not None and count:
+        among = places(table.provenance.get("scene") or {})
+        yield from _event_faults(contacts, among, time[[0, -1]], 0.5 * float(np.median(steps)))
     for name in ("pulses", "cycle_extrema"):
         yield from (f"its {fault}" for fault in _array_faults(name, getattr(table, name) or {}))
     row = (table.pulses or {"row": np.empty(0)})["row"]
-    for n in _first((row < 0) | (row >= len(events))):
-        yield f"its pulses: row {row[n]} is none of {len(events)} events"
+    for n in _first((row < 0) | (row >= count)):
+        yield f"its pulses: row {row[n]} is none of {count} events"
 
 
-def _number_faults(channel: str, column: pd.Series) -> Iterator[str]:
+def rows(part: Mapping[Any, Any]) -> int:
+    """Return the number of rows of columns."""
+    return next((len(part[name]) for name in part), 0)
+
+
+def _number_faults(channel: str, column: pd.Series | NDArray[Any]) -> Iterator[str]:
     bad = ~(np.abs(_numbers(column)) <= _LARGEST)
     bad = bad if bad.any() else np.full(bad.size, column.dtype.kind not in "fiu")
     for n in _first(bad):
@@ -188,11 +245,15 @@ def _number_faults(channel: str, column: pd.Series) -> Iterator[str]:
         yield f"{channel} is {column.tolist()[n]!r} in data row {n + 1}, and {rule}"
 
 
-def _event_faults(events: pd.DataFrame, begin: float, stop: float, slack: float) -> Iterator[str]:
+def _event_faults(
+    events: Mapping[Any, Any], among: Sequence[str], span: Array, slack: float
+) -> Iterator[str]:
+    begin, stop = span
     if missing := [column for column in ("corner", "start", "end", *_MEASURES) if column not in events]:
         yield f"its events have no column {missing[0]}"
-    for n in _first(~events["corner"].isin(list(CONTACTS)).to_numpy()):
-        yield f"contact at {events['corner'].tolist()[n]!r}, which is none of {', '.join(CONTACTS)}"
+    corners = events["corner"].tolist()
+    for n in _first(np.array([corner not in among for corner in corners])):
+        yield f"contact at {corners[n]!r}, which is none of {', '.join(among)}"
     columns = {name: _numbers(events[name]) for name in ("start", "end", *_MEASURES)}
     for name, values in columns.items():
         for n in _first(~np.isfinite(values) | ((values < 0.0) & (name in _MEASURES))):
@@ -206,11 +267,15 @@ def _event_faults(events: pd.DataFrame, begin: float, stop: float, slack: float)
         yield f"contact {n + 1}, {own}, is outside the times of the table, {times}"
 
 
-def _numbers(column: pd.Series) -> Array:
+def _numbers(column: pd.Series | NDArray[Any]) -> Array:
     """Return the values of a column, nan where one is not a number."""
+    if isinstance(column, np.ndarray) and column.dtype.kind in "fiu":
+        return np.asarray(column, dtype=np.float64)
     if column.dtype.kind == "b":  # pandas would count booleans as 0 and 1
         return np.full(len(column), np.nan)
-    return pd.to_numeric(column, errors="coerce").to_numpy(dtype=np.float64, na_value=np.nan)
+    import pandas as pd
+
+    return pd.to_numeric(pd.Series(column), errors="coerce").to_numpy(dtype=np.float64, na_value=np.nan)
 
 
 def _first(bad: BoolArray) -> list[int]:
@@ -284,12 +349,14 @@ def thinned(pulses: Columns) -> Columns:
 
     All samples of a short contact are kept, and the first ones of a very long one: there its impact is.
     """
-    frame = pd.DataFrame(pulses).astype({"row": np.int64, "time": np.float64, "force": np.float64})
-    contacts = frame.groupby("row")["force"]
-    place, count = contacts.cumcount().to_numpy(), contacts.transform("size").to_numpy(dtype=np.int64)
+    row, force = pulses["row"].astype(np.int64), pulses["force"].astype(np.float64)
+    _, first, of, counts = np.unique(row, return_index=True, return_inverse=True, return_counts=True)
+    place, count = np.arange(row.size) - first[of], counts[of]
     parts = np.where(count <= _KEPT, count, np.where(count < _LONG, _KEPT // 2, 3 * _KEPT))
     kept = (place == count - 1) | (place < np.where(count < _LONG, 1, _KEPT))
-    in_parts = frame.groupby([frame["row"].to_numpy(), place * parts // count])["force"]
-    for extreme in (in_parts.idxmin(), in_parts.idxmax()):
-        kept[extreme.to_numpy()] = True
-    return {str(name): column.to_numpy()[kept] for name, column in frame.items()}
+    part = row * (3 * _KEPT) + place * parts // count
+    starts = np.unique(part, return_index=True)[1]
+    for by in (force, -force):
+        kept[np.lexsort((by, part))[starts]] = True  # of equal ones the first
+    columns = pulses | {"row": row, "time": pulses["time"].astype(np.float64), "force": force}
+    return {name: column[kept] for name, column in columns.items()}

@@ -4,20 +4,27 @@ Beside ``run.csv`` or ``run.parquet`` may be ``run.events.csv`` (a row for each 
 (their forces), ``run.extrema.csv`` (a row for each crank cycle), ``run.json`` (provenance and extrema).
 """
 
+from __future__ import annotations
+
+import csv as csv_text
 import json
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import pandas as pd
+import numpy as np
 import pyarrow as pa
+from numpy.typing import NDArray
 from pyarrow import csv
 
 from comparison.files import check_size, contents, reading, replacing_in, write_json
 from comparison.tables.table import Table, TableError, record_faults
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 LARGEST = 2_000_000_000
 """Largest size of a table, bytes, as a file and as numbers in memory."""
@@ -44,6 +51,8 @@ def read(path: str | Path) -> Table:
 
 
 def _read_csv(path: Path) -> pd.DataFrame:
+    import pandas as pd
+
     with warnings.catch_warnings():
         # Rows longer than the header: pandas would drop the excess, with a warning.
         warnings.simplefilter("error", pd.errors.ParserWarning)
@@ -55,6 +64,8 @@ def _read_csv(path: Path) -> pd.DataFrame:
 
 def read_parquet(path: Path) -> pd.DataFrame:
     """Read a Parquet file; any other or damaged file is a `ValueError`."""
+    import pandas as pd
+
     try:
         frame: pd.DataFrame = pd.read_parquet(path, engine="pyarrow")
     except OSError:
@@ -82,6 +93,8 @@ def read_beside(path: Path, names: Iterable[str] = tuple(_ENDS), notes: list[str
             if notes is None:
                 raise
             notes.append(f"not read, since it is damaged or another program's: {error}")
+    import pandas as pd
+
     return Table(pd.DataFrame(), **parts)
 
 
@@ -115,14 +128,12 @@ def write(table: Table, path: str | Path) -> Path:
     check_format(path)
     try:
         with replacing_in(path.parent) as part:
-            if table.events is not None:
-                table.events.to_csv(part / _companion(path, "events").name, index=False)
-            for name, columns in (("pulses", table.pulses), ("cycle_extrema", table.cycle_extrema)):
+            for name, columns in _parts(table).items():
                 if columns is not None:
-                    _write_csv(pd.DataFrame(columns), part / _companion(path, name).name)
+                    _write_csv(columns, part / _companion(path, name).name, exact=name == "events")
             write_json({**table.provenance, "extrema": table.extrema}, part / _companion(path, "record").name)
             if path.suffix.lower() == ".csv":
-                _write_csv(table.frame, part / path.name)
+                _write_csv(table.columns, part / path.name)
             else:
                 table.frame.to_parquet(part / path.name, index=False)
         for file in {_companion(path, name) for name in _ENDS} - {*companions(table, path)}:
@@ -160,7 +171,12 @@ def tables_in(folder: Path) -> tuple[dict[str, Path], list[str]]:
 
 def companions(table: Table, path: Path) -> list[Path]:
     """Return the paths of the files that `write` puts beside a table; a record always."""
-    return [_companion(path, name) for name in _ENDS if getattr(table, name, path) is not None]
+    kept = [name for name, columns in _parts(table).items() if columns is not None]
+    return [_companion(path, name) for name in (*kept, "record")]
+
+
+def _parts(table: Table) -> dict[str, Mapping[Any, Any] | None]:
+    return {"events": table.contacts, "pulses": table.pulses, "cycle_extrema": table.cycle_extrema}
 
 
 def check_format(path: Path) -> None:
@@ -173,9 +189,28 @@ def _companion(path: Path, name: str) -> Path:
     return path.with_name(f"{path.stem}.{_ENDS[name]}")
 
 
-def _write_csv(frame: pd.DataFrame, path: Path) -> None:
-    """Write numbers by pyarrow: all else takes longer than a run. It would quote the header."""
-    with path.open("wb") as file:
-        file.write(frame.iloc[:0].to_csv(index=False).encode())
-        rows = pa.Table.from_pandas(frame, preserve_index=False)
-        csv.write_csv(rows, file, csv.WriteOptions(include_header=False))
+def _write_csv(columns: Mapping[Any, Any], path: Path, *, exact: bool = False) -> None:
+    """Write columns by pyarrow: all else takes longer than a run. It would quote the header.
+
+    The few rows of ``exact`` ones have numbers as Python writes them: 1e-05 where pyarrow writes 0.00001.
+    """
+    arrays = {name: np.asarray(columns[name]) for name in columns}
+    with path.open("w", encoding="utf-8", newline="") as text:
+        writer = csv_text.writer(text, lineterminator="\n")
+        writer.writerow(arrays)
+        if exact:
+            lists = (array.tolist() for array in arrays.values())
+            writer.writerows([["" if x != x else x for x in row] for row in zip(*lists, strict=True)])
+    if not exact:
+        rows = pa.table([_arrow(array) for array in arrays.values()], [*map(str, arrays)])
+        with path.open("ab") as file:
+            csv.write_csv(rows, file, csv.WriteOptions(include_header=False))
+
+
+def _arrow(values: NDArray[Any]) -> Any:
+    """Return an array of pyarrow, without values for nan; its own function imports pandas."""
+    if values.dtype.kind not in "fiu":
+        return pa.array(values, from_pandas=True)
+    valid = np.packbits(~np.isnan(values), bitorder="little")
+    buffers = [pa.py_buffer(valid), pa.py_buffer(np.ascontiguousarray(values))]
+    return pa.Array.from_buffers(pa.from_numpy_dtype(values.dtype), values.size, buffers)

@@ -105,9 +105,10 @@ def compare(
             unknown, position = aligned.unknown.get(channel.name), results.get(channel.follows or "")
             masks = [] if unknown is None else [~unknown[::every]]
             masks += [] if position is None else [position.predictable]
+            near = (None, None) if position is None else (position.u_a, position.u_b)
             uncertainties = (
-                model_uncertainty(runs, channel.name, cycle, more, every, learnt)
-                for runs, more in zip((a, b), ensembles, strict=True)
+                model_uncertainty(runs, channel.name, cycle, more, every, learnt, near=of_position)
+                for runs, more, of_position in zip((a, b), ensembles, near, strict=True)
             )
             results[channel.name] = compare_channel(
                 channel,

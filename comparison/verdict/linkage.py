@@ -1,15 +1,15 @@
 """Judgement of two models' runs of a linkage, as of any two solvers: `comparison.verdict.pair`.
 
-Its starts are moved in what `initial` gives, which are as many values as there are degrees of freedom.
+Its starts are moved in what `initial` gives, which are as many values as there are degrees of freedom, and
+within the clearances.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import degrees
 
 from comparison.accuracy.levels import coarser, finer, refinement, setting_key, thresholds
 from comparison.accuracy.refine import usable_table
-from comparison.accuracy.uncertainty import WINDOW
+from comparison.accuracy.uncertainty import WINDOW, in_clearances, shifted
 from comparison.execution.run import Job, Outcome, Progress, describe
 from comparison.execution.sides import Run, Side, SolverError
 from comparison.scene import Scene
@@ -45,14 +45,7 @@ class LinkagePair(Pair):
         scene, model = self.scene, run.side.label
         for _ in range(abs(run.level)):
             scene = (finer if run.level > 0 else coarser)(model, scene) or scene
-        moved = {}
-        for state, offset in zip(self.keys.start.states, run.start, strict=True):
-            if offset:
-                body, _, quantity = state.partition(".")
-                key = "angle_deg" if quantity == "angle" else quantity
-                value = scene.data["initial"].get(body, {}).get(key, 0.0)
-                moved[f"initial.{body}.{key}"] = value + (degrees(offset) if key != quantity else offset)
-        return Job(scene.variant(moved), model)
+        return Job(shifted(scene, dict(zip(self.keys.start.states, run.start, strict=True))), model)
 
     def _results(self, runs: Sequence[Run], on_progress: Progress) -> list[Source | SolverError]:
         jobs = [self.job(run) for run in runs]
@@ -76,7 +69,7 @@ class LinkagePair(Pair):
 
     def _compare(self, programs: Sequence[ProgramRuns], warnings: tuple[str, ...]) -> SceneComparison:
         result = super()._compare(programs, warnings)
-        events: tuple[None, None] = (None, None)  # it has no contacts
+        events = result.events if self.scene.loose else (None, None)
         return replace(result, description=self.scene.description, ran=self.scene, events=events)
 
 
@@ -93,7 +86,7 @@ def moved_states(scene: Scene) -> list[str]:
     positions = given - rates - {f"{driven}.angle"}
     if not rates:
         rates = {f"{body}.{_RATES[key]}" for body, _, key in (name.partition(".") for name in positions)}
-    return [name for name in expected(scene.data) if name in positions | rates]
+    return [name for name in expected(scene.data) if name in positions | rates] + [*in_clearances(scene)]
 
 
 def linkage_pair(
@@ -119,7 +112,8 @@ def linkage_pair(
         keys,
         Mapping(),
         scene.name,
-        scales={name: channel.given for name, channel in known_channels(scene.data).items()},
+        scales={name: channel.given for name, channel in known_channels(scene.data).items()}
+        | in_clearances(scene),
         scene=scene,
         launch=launch,
     )

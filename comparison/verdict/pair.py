@@ -42,7 +42,7 @@ from comparison.tables.channels import Array
 from comparison.tables.dialect import Source, position
 from comparison.tables.foreign import open_source, read_tables
 from comparison.tables.mapping import Mapping, Quantity, mapping_of
-from comparison.tables.table import TableError
+from comparison.tables.table import Table, TableError
 from comparison.verdict.channel import Criteria
 from comparison.verdict.confirmation import OTHER_MEMBERS, equivalent_start, scaled_member, unconfirmed
 from comparison.verdict.recorded import ProgramRuns, compare_recorded, off_by
@@ -332,7 +332,12 @@ class Pair:
             for side in self.sides
         ]
         moves = np.random.default_rng(0).standard_normal((2 if count else 0, count))
-        self._run(families, sum(map(len, families)) + 2 * len(moves))
+        total = sum(map(len, families)) + 2 * len(moves)
+        if any(side.solver is not None for side in self.sides):  # refuse columns of one side at once
+            first = [family[:1] for family in families]
+            self._run(first, total)
+            self._read_tables(first)
+        self._run(families, total)
         for side, family in zip(self.sides, families, strict=True):
             if not side.files:  # random directions of root mean square 1; of one state + and -
                 shares = [self._size(side) * move / np.sqrt(np.mean(move**2)) for move in moves]
@@ -376,7 +381,7 @@ class Pair:
         """
         columns = self._columns(Run(side, 0, (0.0,) * shares.size))
         ranges = {name: float(np.ptp(values[np.isfinite(values)])) for name, values in columns.items()}
-        missing = [state for state in self.keys.start.states if state not in columns]
+        missing = [state for state in self.keys.start.states if state not in {*columns, *self.scales}]
         if missing and not isinstance(side.solver, Command):
             has = ", ".join(name for name in columns if not name.startswith("#"))
             raise SolverError(f"states: {missing[0]!r} is not a column of {side.label}, which has {has}")
@@ -410,14 +415,19 @@ class Pair:
         dialects = [self.mapping.dialect.of("ab"[self.sides.index(run.side)]) for run in runs]
         return run_sides(runs, dialects, (self.n_jobs, self.keys.limit), on_progress)
 
-    def _read(self, families: Sequence[Sequence[Run]]) -> tuple[tuple[ProgramRuns, ...], tuple[str, ...]]:
-        """Return the tables of runs as channels, and warnings."""
-        runs = [run for family in families for run in family]
-        sources = [self._tables[run] for run in runs]
+    def _read_tables(self, families: Sequence[Sequence[Run]]) -> tuple[list[Table], tuple[str, ...]]:
+        """Return the tables of runs, side by side, and warnings."""
+        sources = [self._tables[run] for family in families for run in family]
         sides = ["ab"[n] for n, family in enumerate(families) for _ in family]
         tables, warnings = read_tables([s for s in sources if isinstance(s, Source)], sides, self.mapping)
         if unknown := [name for name in self.keys.scale if name not in tables[0].channels]:
             raise TableError(f"scale.{unknown[0]}: {unknown[0]!r} is not a channel of the tables")
+        return tables, warnings
+
+    def _read(self, families: Sequence[Sequence[Run]]) -> tuple[tuple[ProgramRuns, ...], tuple[str, ...]]:
+        """Return the tables of runs as channels, and warnings."""
+        tables, warnings = self._read_tables(families)
+        runs = [run for family in families for run in family]
         tables = [
             replace(table, provenance={"settings": run.values()})
             for table, run in zip(tables, runs, strict=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum, auto
 from functools import cached_property
 from importlib import import_module
@@ -17,6 +17,7 @@ import pandas as pd
 from comparison.accuracy.levels import Thresholds
 from comparison.accuracy.uncertainty import combined
 from comparison.execution.run import Job
+from comparison.execution.store import hash_of
 from comparison.metrics import (
     Between,
     Impacts,
@@ -28,6 +29,7 @@ from comparison.metrics import (
     rms,
     scaled,
     time_shares,
+    touched,
     tube_distance,
 )
 from comparison.reliability.assessment import ReliabilityComparison
@@ -428,6 +430,11 @@ class SceneComparison:
         page = import_module("comparison.report.page")  # above this layer, and slow to import
         return Path(page.write_report([self], Path(path), title=self.title, command=self.command))
 
+    @cached_property
+    def hash(self) -> str:
+        """SHA-256 (hex) of all that a drawing can show of this tier."""
+        return hash_of(replace(self, tight=None, reliability=None, failed=None))
+
     @property
     def decisive(self) -> ChannelComparison | None:
         """The channel nearest to its limit, or farthest beyond; None where no sample decides."""
@@ -508,7 +515,7 @@ class SceneComparison:
         corners = self.scene is None or (
             self.scene["joints"]["slider"] == "clearance" and self.scene["contact"]["law"] != "foundation"
         )
-        if not corners or not self.time.size:
+        if not corners or not self.time.size or not {*touched(*self.events)} <= {*CONTACTS}:
             return None, None
         span = float(self.time[0]), float(self.time[-1])
         first, second = (None if events is None else time_shares(events, span) for events in self.events)
@@ -520,8 +527,9 @@ class SceneComparison:
 
         A contact is predictable where its corner's gap is, or x where the tables hold no gaps.
         """
-        x = self.channels.get("slider_x")
-        decisive = {place: self.channels.get(f"corner_{place}_gap", x) for place in CONTACTS}
+        places, gaps = [*CONTACTS, *touched(*self.events)], ("corner_{}_gap", "{}_gap", "{}.x", "slider_x")
+        known = {place: [self.channels.get(gap.format(place)) for gap in gaps] for place in places}
+        decisive = {place: next(filter(None, of_place), None) for place, of_place in known.items()}
         predictable = {place: c.predictable for place, c in decisive.items() if c and c.u is not None}
         return impacts_of(*self.events, time=self.time, period=self.period, predictable=predictable)
 

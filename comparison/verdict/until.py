@@ -20,6 +20,8 @@ _DERIVED = ("N", "N m", "m/s^2", "rad/s^2", "J")
 
 def is_state(channel: Channel) -> bool:
     """Return whether a channel is a state: a position, an angle, a velocity, or of another domain."""
+    if channel.group == "contacts":
+        return channel.unit == "m"
     if channel.group != "own":
         return channel.group in ("motion", "crank")
     unit = parse_unit(channel.unit)

@@ -16,7 +16,16 @@ from comparison.accuracy.levels import TIERS, thresholds, tight, with_declared
 from comparison.accuracy.refine import chosen_settings, families, runs_by_model, usable_table
 from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import Job, Outcome, Progress, RunError, dense_scene, failure, run_all
-from comparison.models import MODELS, EngineError, distinct_models
+from comparison.execution.store import fetch, hash_of, keep
+from comparison.models import (
+    MODELS,
+    EngineError,
+    as_it_is,
+    distinct_models,
+    fingerprint,
+    package_hash,
+    platform_name,
+)
 from comparison.reliability.assessment import ReliabilityComparison, compare_reliability, ideal_scenes
 from comparison.scene import Scene, SceneError, as_scene
 from comparison.tables.arguments import Options
@@ -107,9 +116,13 @@ def validate(
     >>> result.comparison.verdict, result.comparison.reliability.verdict
     ('agree', 'agree')
     """
+    failed = False
 
     def start(jobs: Sequence[Job]) -> list[Outcome]:
-        return run_all(jobs, n_jobs, on_progress)
+        nonlocal failed
+        outcomes = run_all(jobs, n_jobs, on_progress)
+        failed |= any(outcome.table is None and outcome.partial is None for outcome in outcomes)
+        return outcomes
 
     several: Iterable[Any] = [scenes]
     if isinstance(scenes, Iterable) and not isinstance(scenes, str | Mapping):
@@ -123,14 +136,23 @@ def validate(
     work: dict[str, Any] = {"n_jobs": n_jobs, "tiers": [tiers] if isinstance(tiers, str) else list(tiers)}
     _Work(**work)
     cases = [case for scene in checked for case in _cases(scene, (first, second), accuracy, tiers, start)]
-    outcomes = iter(start([job for case in cases for jobs in case.jobs for job in jobs.values()]))
+    # All that can change a result
+    code = [fingerprint(first, as_it_is), fingerprint(second, as_it_is), package_hash(), platform_name()]
+    keys = [
+        hash_of([case.scene, case.tier, case.models, case.command, case.closer_command, code])
+        for case in cases
+    ]
+    known = [fetch(key) for key in keys]
+    waiting = [case for case, result in zip(cases, known, strict=True) if result is None]
+    outcomes = iter(start([job for case in waiting for jobs in case.jobs for job in jobs.values()]))
     results: list[Validation] = []
-    for case in cases:
-        own, dense, ideal = ({which: next(outcomes) for which in jobs} for jobs in case.jobs)
-        result = case.judge(own)
-        if result.runs:
-            reliability = case.reliability(own | dense, ideal)
-            result = replace(result, comparison=replace(result.comparison, reliability=reliability))
+    for case, key, result in zip(cases, keys, known, strict=True):
+        if result is None:
+            result = case.validate(*({which: next(outcomes) for which in jobs} for jobs in case.jobs))
+            reliability = result.comparison.reliability
+            # What failed but for a status of the model's own may succeed the next time.
+            if not (result.comparison.error or failed or (reliability and reliability.missing)):
+                keep(key, result)
         if case.tier == "tight":
             standard = results.pop()
             result = Validation(
@@ -184,6 +206,20 @@ class Case:
     def own(self) -> Jobs:
         """Runs with the samples of the scene."""
         return families(self.scene, self.models)
+
+    def validate(self, own: Outcomes, dense: Outcomes, ideal: Outcomes) -> Validation:
+        """Compare the runs of the scene and, of these and the ideal ones, the reliabilities.
+
+        Of the runs are left those of the standard tier, at the samples of the scene.
+        """
+        result = self.judge(own)
+        if not result.runs:
+            return result
+        reliability, runs = self.reliability(own | dense, ideal), {}
+        for model, run in result.runs.items() if self.tier != "tight" else ():
+            tables = {kind: replace(table, dense=None) for kind, table in run.tables.items()}
+            runs[model] = Runs(**tables, refinement=run.refinement)
+        return Validation(replace(result.comparison, reliability=reliability), runs)
 
     def judge(self, outcomes: Outcomes) -> Validation:
         """Compare the runs of the scene, and settle what is open with further ones."""

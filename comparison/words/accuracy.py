@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf, isfinite, isnan
+from math import degrees, inf, isfinite, isnan
 from typing import TYPE_CHECKING
 
 from comparison.accuracy.levels import Expected, Plan, setting_key
@@ -54,6 +54,9 @@ def plan_lines(plan: Plan) -> list[str]:
     follows = f"{', '.join(plan.prescribed)}: determined by these and by the crank angle"
     expected = plan.expected
     items = [("integrates", integrated + size)]
+    for body, (x, y, angle) in plan.start.items():
+        place = f"({round(x, 9) + 0.0:g}, {round(y, 9) + 0.0:g}) m, {round(degrees(angle), 6) + 0.0:g} deg"
+        items.append(("start", f"{body}: {place}"))
     items += [("follows", follows)] if plan.prescribed else []
     items += [("contacts", ", ".join(plan.contacts) or "none")]
     items += [("load", plan.load)] if plan.load else []

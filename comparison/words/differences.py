@@ -8,6 +8,7 @@ from typing import Any
 import pandas as pd
 
 from comparison.formatting import NO_BREAK, percent, quantity
+from comparison.metrics import touched
 from comparison.tables.channels import CONTACTS, PIN
 from comparison.tables.units import parse_unit
 from comparison.verdict.confirmation import ENOUGH_MEMBERS
@@ -196,12 +197,15 @@ def contact(time: float, events: pd.DataFrame) -> str:
     current, word = begun[begun["end"] >= time], "during"
     if current.empty:
         current, word = begun[begun["end"] == begun["end"].max()], "after"
-    places = [_place(place) for place in CONTACTS if place in set(current["corner"])]
-    return f"{word} contact of the {' and the '.join(places)}"
+    return f"{word} contact of {' and '.join(map(_the, touched(current)))}"
 
 
 def _place(place: str) -> str:
-    return CONTACTS.get(place, place) + ("" if place == PIN else " corner")
+    return CONTACTS.get(place, place) + " corner" * (place in CONTACTS and place != PIN)
+
+
+def _the(place: str) -> str:
+    return f"the {_place(place)}" if place in CONTACTS else place
 
 
 def confirmation(scene: SceneComparison) -> str:
@@ -243,7 +247,7 @@ def parting(scene: SceneComparison) -> str:
         return ""
     counts = zip(contact.having, contact.sizes, scene.labels, strict=True)
     occurs = " and ".join(f"{count} of {size} {label} runs" for count, size, label in counts)
-    return f"the contact of the {_place(contact.corner)} at {contact.start:.6g} s, which occurs in {occurs}"
+    return f"the contact of {_the(contact.corner)} at {contact.start:.6g} s, which occurs in {occurs}"
 
 
 def attribution_lines(scene: SceneComparison) -> list[str]:

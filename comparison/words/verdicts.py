@@ -392,7 +392,7 @@ def _next(scene: SceneComparison) -> tuple[str, tuple[str, ...]]:
             return "Run the scene again once the cause is removed:", again
         failed = scene.failed
         return "Repeat the run that failed, alone:", (_run(failed.scene, failed.model, scene.name),)
-    if scene.verdict == "differ":
+    if scene.verdict == "differ" and not ran.is_linkage:
         return "Find which model errs, by a third opinion:", _third_opinion(scene, ran)
     if scene.confirmation is not None and scene.confirmation.suspicious:
         what = "A discontinuous event decides"

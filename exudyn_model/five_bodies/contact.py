@@ -23,17 +23,21 @@ length (s); ``contact``, the memory at the step's start (``low``, ``up``: of bot
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from exudyn_model.clearances import Memory
-from exudyn_model.kernels import kernel, machine_code
+from exudyn_model.kernels import kernel, machine_code, record
 from exudyn_model.laws import FOUNDATION, Law
 
 Array = NDArray[np.float64]
 Triple = tuple[float, float, float]
+# Of the first body, then of the second
+Pair = tuple[Triple, Triple]
+Six = tuple[float, float, float, float, float, float]
+AT_REST = (0.0, 0.0, 0.0)
 # (mbs, t, object number, coordinates, velocities) -> generalized forces
 ForceUserFunction = Callable[[Any, float, int, list[float], list[float]], tuple[float, ...]]
 
@@ -57,6 +61,62 @@ RIPPLE = 1.0
 _DECAY = 0.25
 NEVER = 2.0
 """Stands for the fraction of a step at which an event lies, where there is none."""
+
+
+class Partners(NamedTuple):
+    """A journal's body and its bearing's, or a slider and the body of its guide; either may be `FRAME`."""
+
+    # Points in body coordinates, m: centres of journal and bearing; of the slider, and on the guide's line
+    first: float
+    first_x: float
+    first_y: float
+    second: float
+    second_x: float
+    second_y: float
+    # Origin of the first body's coordinates less that of the second's, m
+    apart_x: float
+    apart_y: float
+    law: Law
+
+
+class ContactArrays(NamedTuple):
+    """Arrays of a contact that its kernels read and fill; ``step`` and ``partners`` have shape (1,)."""
+
+    step: NDArray[Any]  # Of ``STEP``
+    partners: NDArray[Any]
+    contacts: NDArray[Any]  # Memory of its rows
+    last: NDArray[Any]  # Of its rows, of ``BEFORE``
+    load: Array  # fx, fy, moment (N, N m) on the first body, then the second, in the last accepted state
+
+
+@kernel
+def arm(angle: float, along: float, across: float) -> tuple[float, float]:
+    """Return x and y of a vector of a body's frame, at its angle (rad)."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return cosine * along - sine * across, sine * along + cosine * across
+
+
+@kernel
+def of_bodies(values: Array, partners: Partners) -> Pair:
+    """Return x, y, angle of both bodies, or their rates, from those of all bodies."""
+    i, j = PER_BODY * int(partners.first), PER_BODY * int(partners.second)
+    first = (values[i], values[i + 1], values[i + 2]) if i >= 0 else AT_REST
+    return first, (values[j], values[j + 1], values[j + 2]) if j >= 0 else AT_REST
+
+
+@kernel
+def relative(q: Pair, v: Pair, partners: Partners) -> tuple[float, float, float, float]:
+    """Return the vector from the second body's point to the first's (m), and its rate (m/s)."""
+    (q1, q2), (v1, v2) = q, v
+    jx, jy = arm(q1[ANGLE], partners.first_x, partners.first_y)
+    bx, by = arm(q2[ANGLE], partners.second_x, partners.second_y)
+    w1, w2 = v1[ANGLE], v2[ANGLE]
+    return (
+        q1[X] + jx - q2[X] - bx + partners.apart_x,
+        q1[Y] + jy - q2[Y] - by + partners.apart_y,
+        v1[X] - w1 * jy - v2[X] + w2 * by,
+        v1[Y] + w1 * jx - v2[Y] - w2 * bx,
+    )
 
 
 @kernel
@@ -205,44 +265,50 @@ class ContactElement:
 
     Parameters
     ----------
-    bodies : tuple of int
-        Bodies on which the contact acts.
+    partners : Partners
     rows : slice
-        Its rows in the memory of all contacts.
-    law : Law
-    arrays : NamedTuple
-        Arrays that its kernels read and fill. ``load``, shape (3 bodies,), is the force and moment on each
-        body in the last accepted state (N, N m).
+        Its rows in the memory of all ``contacts``.
+    contacts, step : ndarray
+        Of ``clearances.MEMORY`` and ``STEP``.
     kernels : tuple of callable
         They compute the force in a trial state, take an accepted state, and find the first change in a step.
 
     Attributes
     ----------
+    bodies : tuple of int
+        Bodies on which the contact acts, or the frame.
+    load : ndarray, shape (6,)
+        Of `ContactArrays`.
     force : callable
         Exudyn's ``forceUserFunction`` on the nodes of the bodies.
     """
 
     def __init__(
         self,
-        bodies: tuple[int, ...],
+        partners: Partners,
         rows: slice,
-        law: Law,
-        arrays: Any,
+        contacts: NDArray[Any],
+        step: NDArray[Any],
         kernels: tuple[Callable[..., Any], Callable[..., float], Callable[..., float]],
     ) -> None:
-        self.bodies, self.rows, self.law, self.load = bodies, rows, law, arrays.load
-        self._arrays = arrays
+        self.partners, self.rows, self.law = partners, rows, partners.law
+        self.bodies = int(partners.first), int(partners.second)
+        own = contacts[rows]
+        last, self.load = np.zeros(len(own), BEFORE), np.zeros(2 * PER_BODY)
+        self._arrays = ContactArrays(step, record(partners), own, last, self.load)
         self._q, self._v = vectors = np.zeros((2, PER_BODY))
         force, follow, change = kernels
-        numbers = (0.0,) * (PER_BODY * len(bodies))
-        self._force = machine_code(force, numbers, numbers, arrays)
-        self._follow = machine_code(follow, 0.0, *vectors, 0.0, rows.start, arrays)
-        self._change = machine_code(change, *vectors, arrays)
+        # The guide of a slider may be the frame's, which has no coordinates
+        numbers = (0.0,) * (PER_BODY if self.bodies[1] == FRAME else 2 * PER_BODY)
+        self._force = machine_code(force, numbers, numbers, self._arrays)
+        self._follow = machine_code(follow, 0.0, *vectors, 0.0, rows.start, self._arrays)
+        self._change = machine_code(change, *vectors, self._arrays)
         self.force = self._user_function()
 
     def _user_function(self) -> ForceUserFunction:
         force: Callable[..., tuple[float, ...]] = self._force
-        arrays = self._arrays
+        arrays, first_is_frame = self._arrays, self.bodies[0] == FRAME
+        rest, own = ((0.0,) * PER_BODY, slice(PER_BODY, None)) if first_is_frame else ((), slice(PER_BODY))
 
         def user_function(
             _mbs: Any, _t: float, _number: int, q: list[float], v: list[float]
@@ -250,7 +316,12 @@ class ContactElement:
             # Exudyn passes lists, which numba would copy element by element: tuples are 7 us faster a call
             return force(tuple(q), tuple(v), arrays)
 
-        return user_function
+        def beside_frame(
+            _mbs: Any, _t: float, _number: int, q: list[float], v: list[float]
+        ) -> tuple[float, ...]:
+            return force((*rest, *q), (*rest, *v), arrays)[own]
+
+        return beside_frame if FRAME in self.bodies else user_function
 
     def attach(self, q: Array, v: Array) -> None:
         """Read all further states from these vectors of all bodies, shape (3 n,)."""
@@ -263,3 +334,29 @@ class ContactElement:
     def change(self) -> float:
         """Return the fraction of the step after which a contact begins or ends; more than 1: none does."""
         return self._change(self._q, self._v, self._arrays)
+
+    def motion(self, q: Array, v: Array) -> Array:
+        """Return what :func:`relative` does, and both bodies' angles and their rates (rad, rad/s).
+
+        Parameters
+        ----------
+        q, v : ndarray, shape (3 n, ...)
+            States of all bodies.
+
+        Returns
+        -------
+        motion : ndarray, shape (8, ...)
+        """
+        partners, motions = self.partners, []
+        # Points of the plane as complex numbers
+        first = complex(partners.first_x, partners.first_y)
+        second = complex(partners.second_x, partners.second_y)
+        for body, centre in zip(self.bodies, (first, second), strict=True):
+            own, rest = slice(PER_BODY * body, PER_BODY * (body + 1)), np.zeros((PER_BODY, *q.shape[1:]))
+            (x, y, angle), (vx, vy, w) = (rest, rest) if body == FRAME else (q[own], v[own])
+            turned = centre * np.exp(1j * angle)
+            motions.append((x + 1j * y + turned, vx + 1j * vy + 1j * w * turned, angle, w))
+        (place1, rate1, *turn1), (place2, rate2, *turn2) = motions
+        apart, rate = place1 - place2 + complex(partners.apart_x, partners.apart_y), rate1 - rate2
+        angles = turn1[0], turn2[0], turn1[1], turn2[1]
+        return np.array([apart.real, apart.imag, rate.real, rate.imag, *angles])

@@ -7,114 +7,68 @@ piece of Eq. 13; where it converges outside of it, :func:`settle` goes to the ne
 taken up again. A step is accepted where piece and slip fit: the force is that of Eqs. 12-13.
 """
 
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exudyn_model.clearances import JournalMotion, bearing_load, journal_forces, journal_motion
+from exudyn_model.clearances import (
+    JournalMotion,
+    bearing_load,
+    journal_forces,
+    journal_motion,
+    touches_at_start,
+)
 from exudyn_model.five_bodies.contact import (
     ANGLE,
-    BEFORE,
-    PER_BODY,
+    ContactArrays,
     ContactElement,
-    Triple,
-    X,
-    Y,
+    Pair,
+    Partners,
+    Six,
     allowed_ticks,
+    arm,
+    of_bodies,
+    relative,
     remember,
     speed_in_step,
     update_alone,
     zero_within,
 )
 from exudyn_model.invariants import Watch
-from exudyn_model.kernels import entry, kernel, machine_code, record
-from exudyn_model.laws import Law, friction_in_regime, slip_regime
+from exudyn_model.kernels import entry, kernel, machine_code
+from exudyn_model.laws import friction_in_regime, slip_regime
 
 Array = NDArray[np.float64]
-# Of the journal's body, then of the bearing's
-Pair = tuple[Triple, Triple]
-Six = tuple[float, float, float, float, float, float]
-
-
-class Bearing(NamedTuple):
-    """Journal and bearing: their bodies, their centres in body coordinates (m), and the law between them."""
-
-    first: float
-    first_x: float
-    first_y: float
-    second: float
-    second_x: float
-    second_y: float
-    # Origin of the first body's coordinates less that of the second's, m
-    apart_x: float
-    apart_y: float
-    law: Law
-
-
-class JournalArrays(NamedTuple):
-    """Arrays of a journal that its kernels read and fill; all but ``load`` have shape (1,)."""
-
-    step: NDArray[Any]  # Of ``contact.STEP``
-    bearing: NDArray[Any]
-    contacts: NDArray[Any]  # Memory of the journal
-    last: NDArray[Any]  # Of ``contact.BEFORE``
-    load: (
-        Array  # fx, fy, moment (N, N m) on the journal's body, then the bearing's, in the last accepted state
-    )
 
 
 @kernel
-def _arm(angle: float, along: float, across: float) -> tuple[float, float]:
-    cosine, sine = np.cos(angle), np.sin(angle)
-    return cosine * along - sine * across, sine * along + cosine * across
-
-
-@kernel
-def journal_in_bearing(q: Pair, v: Pair, bearing: Bearing) -> JournalMotion:
+def journal_in_bearing(q: Pair, v: Pair, bearing: Partners) -> JournalMotion:
     """Return the motion of a journal from those of its bodies."""
-    (q1, q2), (v1, v2) = q, v
-    jx, jy = _arm(q1[ANGLE], bearing.first_x, bearing.first_y)
-    bx, by = _arm(q2[ANGLE], bearing.second_x, bearing.second_y)
-    w1, w2 = v1[ANGLE], v2[ANGLE]
-    return journal_motion(
-        q1[X] + jx - q2[X] - bx + bearing.apart_x,
-        q1[Y] + jy - q2[Y] - by + bearing.apart_y,
-        v1[X] - w1 * jy - v2[X] + w2 * by,
-        v1[Y] + w1 * jx - v2[Y] - w2 * bx,
-        w1,
-        w2,
-        bearing.law,
-    )
+    ex, ey, vx, vy = relative(q, v, bearing)
+    return journal_motion(ex, ey, vx, vy, v[0][ANGLE], v[1][ANGLE], bearing.law)
 
 
 @kernel
 def journal_loads(
-    normal: float, friction: float, motion: JournalMotion, q: Pair, bearing: Bearing
+    normal: float, friction: float, motion: JournalMotion, q: Pair, bearing: Partners
 ) -> tuple[float, float, float, float]:
     """Return the force on the bearing's body (N) and the moments on the journal's and on it (N m)."""
-    bx, by = _arm(q[1][ANGLE], bearing.second_x, bearing.second_y)
+    bx, by = arm(q[1][ANGLE], bearing.second_x, bearing.second_y)
     gx, gy, moment2 = bearing_load(normal, friction, motion, bx, by, bearing.law)
-    jx, jy = _arm(q[0][ANGLE], bearing.first_x, bearing.first_y)
+    jx, jy = arm(q[0][ANGLE], bearing.first_x, bearing.first_y)
     radius = bearing.law.bearing_radius - motion.distance  # from the journal's centre to the surface
     px, py = jx + radius * motion.nx, jy + radius * motion.ny
     return gx, gy, py * gx - px * gy, moment2
 
 
-@kernel
-def of_bodies(values: Array, bearing: Bearing) -> Pair:
-    """Return x, y, angle of both bodies, or their rates, from those of all bodies."""
-    i, j = PER_BODY * int(bearing.first), PER_BODY * int(bearing.second)
-    return (values[i], values[i + 1], values[i + 2]), (values[j], values[j + 1], values[j + 2])
-
-
 @entry
-def journal_force(q: Six, v: Six, arrays: JournalArrays) -> Six:
+def journal_force(q: Six, v: Six, arrays: ContactArrays) -> Six:
     """Return force and moment on the journal's body, then on the bearing's (N, N m).
 
     ``q`` and ``v`` are of the journal's body, then of the bearing's.
     """
-    bearing, contact, own = arrays.bearing[0], arrays.contacts[0], (q[:3], q[3:])
+    bearing, contact, own = arrays.partners[0], arrays.contacts[0], (q[:3], q[3:])
     motion = journal_in_bearing(own, (v[:3], v[3:]), bearing)
     speed = speed_in_step(contact, motion.gap, motion.rate, arrays.step[0], bearing.law)
     if speed == 0.0:
@@ -126,12 +80,12 @@ def journal_force(q: Six, v: Six, arrays: JournalArrays) -> Six:
 
 
 @entry
-def settle(q: Array, v: Array, arrays: JournalArrays) -> bool:
+def settle(q: Array, v: Array, arrays: ContactArrays) -> bool:
     """Return whether the friction's piece fits the slip of a converged state; if not, take the next piece.
 
     One piece at a time: the force falls with the slip, so that the way from piece to piece has one direction.
     """
-    bearing, contact = arrays.bearing[0], arrays.contacts[0]
+    bearing, contact = arrays.partners[0], arrays.contacts[0]
     motion = journal_in_bearing(of_bodies(q, bearing), of_bodies(v, bearing), bearing)
     wanted = slip_regime(motion.slip, bearing.law)
     if motion.gap >= 0.0:  # no friction in any piece
@@ -142,9 +96,9 @@ def settle(q: Array, v: Array, arrays: JournalArrays) -> bool:
 
 
 @entry
-def follow_journal(time: float, q: Array, v: Array, longest: float, row: int, arrays: JournalArrays) -> float:
+def follow_journal(time: float, q: Array, v: Array, longest: float, row: int, arrays: ContactArrays) -> float:
     """Take an accepted state of a journal, as ``slider_contact.follow_slider`` does of a slider."""
-    bearing, contact, step, load = arrays.bearing[0], arrays.contacts[0], arrays.step[0], arrays.load
+    bearing, contact, step, load = arrays.partners[0], arrays.contacts[0], arrays.step[0], arrays.load
     law, own = bearing.law, of_bodies(q, bearing)
     motion = journal_in_bearing(own, of_bodies(v, bearing), bearing)
     if time > 0.0:
@@ -163,9 +117,9 @@ def follow_journal(time: float, q: Array, v: Array, longest: float, row: int, ar
 
 
 @entry
-def journal_change(q: Array, v: Array, arrays: JournalArrays) -> float:
+def journal_change(q: Array, v: Array, arrays: ContactArrays) -> float:
     """Return the fraction of a step after which the contact begins or ends; more than 1: it does not."""
-    bearing = arrays.bearing[0]
+    bearing = arrays.partners[0]
     motion = journal_in_bearing(of_bodies(q, bearing), of_bodies(v, bearing), bearing)
     return zero_within(arrays.contacts[0], motion.gap, motion.rate, arrays.step[0].length)
 
@@ -173,18 +127,16 @@ def journal_change(q: Array, v: Array, arrays: JournalArrays) -> float:
 class JournalElement(ContactElement):
     """A journal in its bearing; ``row`` is that of its memory among all ``contacts``."""
 
-    def __init__(self, bearing: Bearing, row: int, contacts: NDArray[Any], step: NDArray[Any]) -> None:
-        rows, load = slice(row, row + 1), np.zeros(2 * PER_BODY)
-        arrays = JournalArrays(step, record(bearing), contacts[rows], np.zeros(1, BEFORE), load)
-        self.bearing, bodies = bearing, (int(bearing.first), int(bearing.second))
-        super().__init__(bodies, rows, bearing.law, arrays, (journal_force, follow_journal, journal_change))
-        self._settle = machine_code(settle, self._q, self._v, arrays)
+    def __init__(self, bearing: Partners, row: int, contacts: NDArray[Any], step: NDArray[Any]) -> None:
+        kernels = (journal_force, follow_journal, journal_change)
+        super().__init__(bearing, slice(row, row + 1), contacts, step, kernels)
+        self._settle = machine_code(settle, self._q, self._v, self._arrays)
 
     def start(self) -> None:
         """Begin the contact if it is closed at t = 0."""
         contact = self._arrays.contacts
-        motion = cast(Any, journal_motion).py_func(*self._eccentricity(self._q, self._v), self.law)
-        if motion.gap < 0.0:
+        motion = cast(Any, journal_motion).py_func(*self._in_bearing(self._q, self._v), self.law)
+        if touches_at_start(motion.gap, motion.rate):
             contact["impact_speed"] = max(-motion.rate, self.law.speed_floor)
             contact["name"] = self.rows.start
         contact["regime"] = cast(Any, slip_regime).py_func(motion.slip, self.law)
@@ -195,23 +147,13 @@ class JournalElement(ContactElement):
 
     def watch(self, watch: Watch, times: Array, q: Array, v: Array, forces: Array, memory: Array) -> None:
         """Watch states of all bodies, shape (3 n, states), with forces and memory of its row."""
-        motion = self._eccentricity(q, v)
+        motion = self._in_bearing(q, v)
         watch.take_journal(self.rows.start, times, motion, forces[0], memory[0], self.law)
 
     def eccentricity(self, q: Array) -> Array:
         """Return e (m), shape (2, states), from coordinates of all bodies, shape (3 n, states)."""
-        return self._eccentricity(q, np.zeros_like(q))[:2]
+        return self.motion(q, np.zeros_like(q))[:2]
 
-    def _eccentricity(self, q: Array, v: Array) -> Array:
+    def _in_bearing(self, q: Array, v: Array) -> Array:
         """Return e (m), its rate (m/s) and both angular speeds (rad/s)."""
-        bearing, motions = self.bearing, []
-        # Points of the plane as complex numbers
-        first, second = complex(bearing.first_x, bearing.first_y), complex(bearing.second_x, bearing.second_y)
-        for body, centre in zip(self.bodies, (first, second), strict=True):
-            own = slice(PER_BODY * body, PER_BODY * body + PER_BODY)
-            (x, y, angle), (vx, vy, w) = q[own], v[own]
-            arm = centre * np.exp(1j * angle)
-            motions.append((x + 1j * y + arm, vx + 1j * vy + 1j * w * arm, w))
-        (place1, rate1, w1), (place2, rate2, w2) = motions
-        apart, rate = place1 - place2 + complex(bearing.apart_x, bearing.apart_y), rate1 - rate2
-        return np.array([apart.real, apart.imag, rate.real, rate.imag, w1, w2])
+        return self.motion(q, v)[[0, 1, 2, 3, 6, 7]]

@@ -6,23 +6,24 @@ way, of which the step decides.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_model.clearances import ACROSS
 from exudyn_model.five_bodies.balance import Constraints, accelerations, applied_forces, constraints
-from exudyn_model.five_bodies.contact import ANGLE, PER_BODY, Y
+from exudyn_model.five_bodies.contact import ANGLE, PER_BODY
+from exudyn_model.five_bodies.journal_contact import JournalElement
 from exudyn_model.five_bodies.linkage_scene import Linkage, scaled
-from exudyn_model.five_bodies.recording import BodiesRecorder
+from exudyn_model.five_bodies.recording import BodiesRecorder, Memory
 from exudyn_model.five_bodies.settings import StepChoice
 from exudyn_model.five_bodies.solver import Solution
-from exudyn_model.five_bodies.system import Drive, Model, build
-from exudyn_model.invariants import judge
+from exudyn_model.five_bodies.system import Drive, JournalContact, Model, build
+from exudyn_model.invariants import contact_bounds, contact_violations, judge, squared_share
 from exudyn_model.run import Progress, Report, Run, StopError
-from exudyn_model.workpiece import workpiece_forces
 
 Array = NDArray[np.float64]
 
@@ -33,39 +34,55 @@ SINGULAR = 1e-3
 _AHEAD = 100
 
 
-def linkage_channels(linkage: Linkage) -> tuple[str, ...]:
-    """Return the channels of a linkage's groups, in the order of the results."""
-    system, groups = linkage.system, linkage.groups
+_GROUPS = ("accelerations", "contacts", "joints", "energy")
+
+
+def linkage_channels(linkage: Linkage, groups: Sequence[str]) -> tuple[str, ...]:
+    """Return the channels of some groups, in the order of the results."""
+    system = linkage.system
     motion = ["x", "y", "angle", "vx", "vy", "omega"]
     motion += ["ax", "ay", "alpha"] if "accelerations" in groups else []
     channels = [f"{name}.{part}" for name in linkage.names for part in motion]
+    if "contacts" in groups:
+        for contact in system.contacts:
+            if isinstance(contact, JournalContact):
+                channels += [f"{contact.name}.{part}" for part in ("x", "y", "normal", "friction")]
+            else:
+                parts = ("gap", "normal", "friction")
+                channels += [f"{name}_{part}" for name in contact.rows for part in parts]
     if "joints" in groups:
-        channels += [f"{pin.name}.reaction_{axis}" for pin in system.pins for axis in "xy"]
-        channels += [f"{guide.name}.{part}" for guide in system.turned_guides for part in ("force", "moment")]
+        channels += [f"{pin}.reaction_{axis}" for pin in linkage.pins for axis in "xy"]
+        channels += [f"{guide}.{part}" for guide in linkage.guides for part in ("force", "moment")]
         channels += ["drive.torque"] if isinstance(system.drive, Drive) else []
         channels += [f"{spring.name}.force" for spring in system.springs]
     if "energy" in groups:
-        load = ["load"] if system.load is not None else []
-        names = ("kinetic", "gravity", "drive", "spring", "damping", *load, "residual")
+        loose = bool(system.contacts)
+        names = ["kinetic", "gravity", "drive", "spring", *["contact"] * loose, "damping"]
+        names += [*["friction"] * loose, *["load"] * (system.load is not None), "residual"]
         channels += [f"energy_{name}" for name in names]
     return tuple(channels)
 
 
 class LinkageRecorder(BodiesRecorder):
-    """Recorder of a linkage; its further parameters are those of `BodiesRecorder`."""
+    """Recorder of a linkage, of the channels of all groups; its further parameters are `BodiesRecorder`'s."""
 
     def __init__(self, linkage: Linkage, model: Model, choice: StepChoice) -> None:
-        super().__init__(model, choice, linkage.settings, linkage_channels(linkage))
+        super().__init__(model, choice, linkage.settings, linkage_channels(linkage, _GROUPS))
         self._linkage = linkage
+        motion = 3 * PER_BODY * np.arange(len(linkage.names))[:, None] + np.arange(2 * PER_BODY)
+        self._moving = motion.ravel()
+        self.contacts.silent = ()
         # Least singular value at the start, and its least value since it fell below the limit, with its time
         self._start, self._least = math.nan, (math.inf, 0.0)
         # Largest residual of the energy with its time, J, s; largest energy, and sum of the steps' errors, J
         self._residual, self._energy, self._errors = (0.0, 0.0), 0.0, 0.0
 
     def accept(self) -> float:
-        """Take the next state; return how many ticks the next step may take: one."""
+        """Take the next state; return how many ticks the next step may take: one without clearance."""
         if self.ending:
             raise StopError(self.ending[0])
+        if self._model.elements:
+            return super().accept()
         self._log_state()
         return 1.0
 
@@ -92,13 +109,24 @@ class LinkageRecorder(BodiesRecorder):
             max(self._energy, 1e-6 * abs(weight) * linkage.size) or 1.0
         )  # more than round-off, at rest too
         value = residual / energy if math.isfinite(residual) else math.inf
-        bound = min(1e-4, 1e-7 + 3.0 * self._errors / energy)
+        events, settings = self.event_table(), self._settings
+        # As of a press, of second order in a step's share of a contact
+        most = 1e-4 + 10.0 * squared_share(events, settings.tick)
+        bounds = {"energy": min(most, 1e-7 + 3.0 * self._errors / energy)}
+        bounds["constraint-position"] = 1e-5 * linkage.size
         # Index 2 leaves positions to the rule: they drift where the linkage hurries, and its angles do
         worst = {
             "energy": (value, time, ""),
             "constraint-position": (*self.drift["position"], "a constraint"),
         }
-        return judge(worst, {"energy": bound, "constraint-position": 1e-5 * linkage.size})
+        if linkage.system.contacts:
+            worst |= contact_violations(self.watch, self.contacts, events)
+            rounded = 1e-13 * max(1.0, linkage.size)
+            bounds |= contact_bounds(self.watch, settings.duration, settings.tick, rounded)
+        judged, broken = judge(worst, bounds)
+        if broken and self._least[0] < 0.3 * self._start:
+            broken += f", perhaps by a singular position near t = {self._least[1]:.6g} s"
+        return judged, broken
 
     def _observe(self) -> None:
         if self.ending:
@@ -112,19 +140,15 @@ class LinkageRecorder(BodiesRecorder):
         super()._observe()
 
     def _values(
-        self, times: Array, q: Array, v: Array, multipliers: Array, memory: Any, loads: Any, required: Any
-    ) -> Array:
+        self, times: Array, q: Array, v: Array, multipliers: Array, memory: Memory, loads: list[Array],
+        required: Any,
+    ) -> Array:  # fmt: skip
         """Return all channels, shape (channels, n)."""
-        del memory, loads
-        system, groups, index2 = self._model.system, self._linkage.groups, self._settings.index2
+        system, index2 = self._model.system, self._settings.index2
         joints = constraints(system, times, q, v)
         self._take_drift(times, required, joints)
         force, tensions, spring, damped, driven = applied_forces(system, q, v)
-        load = np.zeros_like(times)
-        if system.load is not None:
-            height = PER_BODY * system.observed + Y
-            push, load = workpiece_forces(q[height], self._model.workpiece)
-            force[height] += push
+        pushed = self._add_loads(force, q, loads)
         acceleration, balanced = accelerations(system, joints, force)
         reactions, pins = -multipliers if index2 else -balanced, 2 * len(system.pins)
         torque = reactions[pins : pins + isinstance(system.drive, Drive)]
@@ -132,23 +156,35 @@ class LinkageRecorder(BodiesRecorder):
         guides[::2] *= -1.0
         for row in torque:
             driven = row * v[system.prescribed[0][0]]
-        powers = np.array([driven, damped])
-        works, gravity, kinetic, residual = self._audit(times, q, v, powers, spring + load)
-        self._take_errors(times, v, acceleration, residual, kinetic + spring + load + works[1])
+        contact, lost, rubbed = (memory[f].sum(axis=0) for f in ("stored", "damping_power", "friction_power"))
+        powers, stored = np.array([driven, damped + lost, rubbed]), spring + sum(pushed) + contact
+        works, gravity, kinetic, residual = self._audit(times, q, v, powers, stored)
+        energy = kinetic + stored + works[1] + works[2]
+        self._take_errors(times, v, acceleration, residual, energy)
         # The mean force over a step misses part of a potential, most of it where a spring is short
-        worked = gravity - works[1] - spring - load
+        worked = gravity - works[1] - works[2] - stored
         worked = worked if isinstance(system.drive, Drive) else worked + works[0]
         missed = 0.5 * ((force[:, 1:] + force[:, :-1]) * np.diff(q)).sum(axis=0) - np.diff(worked)
         self._errors += float(np.abs(missed).sum())
         rows: list[Array] = []
-        motion = (q, v, acceleration) if "accelerations" in groups else (q, v)
         for body in range(0, len(q), PER_BODY):
-            rows += [row for part in motion for row in part[body : body + PER_BODY]]
-        if "joints" in groups:
-            rows += [*reactions[:pins], *guides, *torque, *tensions]
-        if "energy" in groups:
-            pushed = [load] if system.load is not None else []
-            rows += [kinetic, gravity, works[0], spring, works[1], *pushed, residual]
+            own = slice(body, body + PER_BODY)
+            rows += [*(q[own] + system.reference[own, None]), *v[own], *acceleration[own]]
+        of_joints = {pin.name: reactions[2 * n : 2 * n + 2] for n, pin in enumerate(system.pins)}
+        of_joints |= {guide.name: guides[2 * n : 2 * n + 2] for n, guide in enumerate(system.turned_guides)}
+        for element, load, loose in zip(self._model.elements, loads, system.contacts, strict=True):
+            gaps, normals, frictions = (memory[name][element.rows] for name in ("gap", "normal", "friction"))
+            if isinstance(loose, JournalContact) and isinstance(element, JournalElement):
+                rows += [*element.eccentricity(q), *normals, *frictions]
+                of_joints[loose.name] = load[PER_BODY : PER_BODY + ANGLE]
+            else:
+                rows += [row for corner in zip(gaps, normals, frictions, strict=True) for row in corner]
+                # A wall on the left, where the normal of the line points, pushes against that
+                of_joints[loose.rows[0].split(".")[0]] = np.array([np.array(ACROSS) @ normals, load[ANGLE]])
+        for name in (*self._linkage.pins, *self._linkage.guides):
+            rows += [*of_joints[name]]
+        losses = ([contact, works[1], works[2]]) if system.contacts else [works[1]]
+        rows += [*torque, *tensions, kinetic, gravity, works[0], spring, *losses, *pushed, residual]
         return np.array(rows)
 
     def _take_errors(
@@ -242,4 +278,6 @@ def run_linkage(linkage: Linkage, report: Report | None) -> tuple[Run, tuple[dic
         "steps_per_sample": settings.per_sample,
         "newton_tolerance": settings.tolerance,
     }
+    if linkage.system.contacts:
+        used["longest_step"] = choice.longest_taken * settings.tick
     return Run(BODIES_AND_JOINTS, used, recorder, outcome, recorder.drift), recorder.invariants()

@@ -8,11 +8,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from exudyn_model.clearances import CORNERS
 from exudyn_model.five_bodies.balance import Constraints, Motion, constraints
 from exudyn_model.five_bodies.contact import ANGLE, FRAME, PER_BODY, Y
 from exudyn_model.five_bodies.settings import ROUND_OFF, Settings
-from exudyn_model.five_bodies.system import Body, Drive, Pin, Spring, System, Torque, TurnedGuide, ends
-from exudyn_model.parameters import METHODS, read_load
+from exudyn_model.five_bodies.system import (
+    Body,
+    Drive,
+    JournalContact,
+    Pin,
+    SliderContact,
+    Spring,
+    System,
+    Torque,
+    TurnedGuide,
+    ends,
+)
+from exudyn_model.laws import HERTZ, IMPACT, LAWS
+from exudyn_model.parameters import METHODS, USUAL, compliance_of, contact_law, journal_law, read_load
 from exudyn_model.workpiece import workpiece_array, workpiece_force
 
 Array = NDArray[np.float64]
@@ -31,6 +44,9 @@ class Linkage:
 
     system: System
     names: list[str]  # Of the bodies
+    # Of all pins and guides, with clearance or without
+    pins: list[str]
+    guides: list[str]
     size: float  # The largest distance of two points of a body, m
     groups: list[str]  # Of channels
     settings: Settings
@@ -90,9 +106,55 @@ def read_linkage(scene: Mapping[str, Any]) -> Linkage:
     )
     shapes = [[*table["points"].values(), table["centroid"]] for table in bodies.values()]
     size = max(math.dist(a, b) for shape in shapes for a in shape for b in shape) or 1.0
+    clearances = scene.get("clearance", {})
     system = _assembled(system, numbers, scene, size)
+    forces, joints = _forces(system), ([pin.name for pin in system.pins], [guide.name for guide in guides])
+    system = _loosened(system, clearances)
     settings = _settings(scene, system, size)
-    return Linkage(system, [*bodies], size, scene["output"]["groups"], settings, _forces(system))
+    return Linkage(system, [*bodies], *joints, size, scene["output"]["groups"], settings, forces)
+
+
+def _loosened(system: System, clearances: Mapping[str, Any]) -> System:
+    """Return the system with contacts in the place of pins and guides that have clearance."""
+    contacts: list[SliderContact | JournalContact] = []
+    pins = {pin.name: pin for pin in system.pins}
+    guides = {guide.name: guide for guide in system.turned_guides}
+    for name, table in clearances.items():
+        size, law = float(table["size"]), table["contact"]["law"]
+        if law not in (LAWS[HERTZ], LAWS[IMPACT]):
+            raise ValueError(f"clearance.{name}.contact.law = {law!r} is the press's; use {LAWS[HERTZ]!r}")
+        if name in pins:
+            law = journal_law(table, size, float(table["journal_radius"]))
+            contacts.append(JournalContact(*pins.pop(name), law, (name,)))
+        else:
+            law = contact_law(
+                table,
+                law,
+                table["corner_radius"],
+                2 * compliance_of(table, "guide"),
+                clearance=size,
+                half_width=table["width"] / 2,
+                half_length=table["length"] / 2,
+            )
+            _, body, on, point, line, angle = guides.pop(name)
+            across, rows = line - math.pi / 2, tuple(f"{name}.{corner}" for corner in CORNERS)
+            contacts.append(SliderContact(body, point, across, law, on, angle - across, rows))
+    return replace(system, pins=[*pins.values()], turned_guides=[*guides.values()], contacts=contacts)
+
+
+def _offsets(system: System, clearances: Mapping[str, Any]) -> Array:
+    """Return the values of the constraints and of their rates at the start: 0 without clearance."""
+    values: list[tuple[float, float]] = []
+    for pin in system.pins:
+        table = clearances.get(pin.name, {})
+        pairs = zip(table.get("offset", (0.0, 0.0)), table.get("offset_rate", (0.0, 0.0)), strict=True)
+        values += [(-offset, -rate) for offset, rate in pairs]
+    values += [(0.0, 0.0)] * len(system.prescribed)
+    for guide in system.turned_guides:
+        table = clearances.get(guide.name, {})
+        values.append((-table.get("offset", 0.0), -table.get("offset_rate", 0.0)))
+        values.append((math.radians(table.get("tilt_deg", 0.0)), table.get("tilt_rate", 0.0)))
+    return np.array(values).reshape(-1, 2).T
 
 
 def _drive(table: Mapping[str, Any], numbers: Mapping[str, int]) -> Drive | Torque | None:
@@ -149,12 +211,13 @@ def _assembled(system: System, numbers: Mapping[str, int], scene: Mapping[str, A
     others = {coordinate: value for coordinate, value in positions.items() if coordinate != driven}
     # Where it cannot be assembled, there may be too many given values: of that their number is said
     system = _started(system, q, 0.0 * q)
-    assembled = _newton(system, q, others, size)
+    offsets, offset_rates = _offsets(system, scene.get("clearance", {}))
+    assembled = _newton(system, q, offsets, others, size)
     refusal = ValueError(
         "guess: the linkage cannot be assembled from [initial], where the angle of a driven body is 0 by "
         "default, and [guess]"
     )
-    closed = _newton(system, q, {}, size) if assembled is None else assembled
+    closed = _newton(system, q, offsets, {}, size) if assembled is None else assembled
     if closed is None:
         raise refusal
     q = closed
@@ -181,9 +244,11 @@ def _assembled(system: System, numbers: Mapping[str, int], scene: Mapping[str, A
         if chosen and _rank(np.vstack([matrix, unit[[*chosen]]])) < count:
             raise ValueError(f"initial: the given {name} do not determine the linkage's start")
     v = np.zeros(count)
+    if at_rest and offset_rates.any():
+        at_rest, rates = False, dict.fromkeys(others, 0.0)
     if not at_rest:
         rows = np.vstack([scaled(joints, 0, count, 1.0), unit[[*rates]]])
-        v = np.linalg.solve(rows, [*-joints.rates[:, 0], *rates.values()])
+        v = np.linalg.solve(rows, [*(offset_rates - joints.rates[:, 0]), *rates.values()])
     return _started(system, q, v)
 
 
@@ -197,15 +262,16 @@ def _started(system: System, q: Array, v: Array) -> System:
     return replace(system, bodies=[body._replace(position=at, velocity=rate) for body, at, rate in states])
 
 
-def _newton(system: System, q: Array, chosen: dict[int, float], size: float) -> Array | None:
-    """Solve the constraints and the chosen coordinates' values for all coordinates; None: without success.
+def _newton(system: System, q: Array, offsets: Array, chosen: dict[int, float], size: float) -> Array | None:
+    """Solve for all coordinates; None: without success.
 
-    Rows may be dependent, of which only the rank says; angles change by half a radian at most.
+    The constraints are to have the values ``offsets``, and the chosen coordinates theirs. Rows may be
+    dependent, of which only the rank says; angles change by half a radian at most.
     """
     q, last, scales = q.copy(), math.inf, np.where(np.arange(q.size) % PER_BODY == ANGLE, 1.0, size)
     for _ in range(_ITERATIONS):
         joints = constraints(system, np.zeros(1), q[:, None], 0.0 * q[:, None])
-        gaps = np.append(joints.gaps[:, 0], q[[*chosen]] - [*chosen.values()])
+        gaps = np.append(joints.gaps[:, 0] - offsets, q[[*chosen]] - [*chosen.values()])
         largest = float(np.abs(gaps).max(initial=0.0))
         if not largest < 0.5 * last and largest <= 1e-12 * size:  # as exact as rounding permits
             return q
@@ -219,6 +285,7 @@ def _newton(system: System, q: Array, chosen: dict[int, float], size: float) -> 
 def _settings(scene: Mapping[str, Any], system: System, size: float) -> Settings:
     """Choose the settings of a run; at equal steps the trapezoidal rule errs half as much as the other."""
     usual = {"formulation": "full", "method": "trapezoidal-index2", "tolerance": 1e-7}
+    journals, flights = bool(system.journals), bool(system.contacts)
     chosen = usual | {key: value for key, value in scene["solver"]["exudyn"].items() if value != "auto"}
     output, drive = scene["output"], system.drive
     for key, known in (("formulation", ["full"]), ("method", METHODS["full"])):
@@ -230,6 +297,8 @@ def _settings(scene: Mapping[str, Any], system: System, size: float) -> Settings
     else:
         period, samples = float(output["duration"]), output.get("samples", 1000)
         per_period, step = samples, period / _STEPS_IN_RUN
+    if flights:  # steps in contacts
+        step = min(step, USUAL["full"]["step"])
     ticks = max(1, math.ceil(period / per_period / chosen.get("step", step) * (1 - 1e-12)))
     tick = period / per_period / ticks
     # A measure of the forces, of which the round-off limits Newton's method
@@ -237,8 +306,10 @@ def _settings(scene: Mapping[str, Any], system: System, size: float) -> Settings
     force = (spin**2 * size + abs(system.gravity)) * math.fsum(body.mass for body in system.bodies)
     force += math.fsum(spring.stiffness * max(spring.length, size) for spring in system.springs)
     force += float(np.abs(drive.table[:, 1]).max()) / size if isinstance(drive, Torque) else 0.0
-    # Rows in m/s, whose error over the step is one of accelerations: 1e-5 m/s^2
-    tolerance = float(chosen["tolerance"]) * (tick / 0.01 if chosen["method"] == usual["method"] else 1.0)
+    # Rows in m/s, whose error over the step is one of accelerations: 1e-5 m/s^2, and in contacts 5e-5 m/s^2
+    per_step = tick / (2e-3 if flights else 0.01) if chosen["method"] == usual["method"] else 1.0
+    # In some contacts a journal's stiffness times a coordinate rounds to 1e-9 N, spread over all rows
+    least = max(ROUND_OFF * force, 2e-10 if journals else 0.0)
     return Settings(
         method=chosen["method"],
         sample_interval=period / per_period,
@@ -247,8 +318,8 @@ def _settings(scene: Mapping[str, Any], system: System, size: float) -> Settings
         energy=True,
         per_sample=ticks,
         per_state=ticks,
-        fixed=True,
-        tolerance=max(tolerance, ROUND_OFF * force),
-        jacobian_uses=3,
+        fixed=not flights,
+        tolerance=max(float(chosen["tolerance"]) * per_step, least),
+        jacobian_uses=8 if journals else 2 if flights else 3,
         differentiation_step=1e-7,
     )

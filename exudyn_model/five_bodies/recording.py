@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from exudyn_model.clearances import CORNER_COUNT, FIELDS, UPPER
 from exudyn_model.five_bodies.balance import Constraints, accelerations, constraints
-from exudyn_model.five_bodies.contact import ANGLE, PER_BODY, Y
+from exudyn_model.five_bodies.contact import ANGLE, FRAME, PER_BODY, Y
 from exudyn_model.five_bodies.journal_contact import JournalElement
 from exudyn_model.five_bodies.settings import Settings, StepChoice
 from exudyn_model.five_bodies.slider_contact import SliderElement
@@ -71,6 +71,8 @@ class BodiesRecorder(Recorder):
         shared = any(element.law.shared for element in model.elements)
         super().__init__(channels, names, shared, settings.samples, settings.period, settings.duration)
         self.state_count, self.drift = 0, dict.fromkeys(CONSTRAINTS, (0.0, 0.0))
+        # Rows of coordinates and velocities with extrema in long steps; TO_RATE further are their rates
+        self._moving = np.arange(MOTION.start, MOTION.stop)
         self._model, self._choice, self._settings = model, choice, settings
         # Columns of a state: time and tick, coordinates, rates, multipliers, memory, loads of the contacts
         bodies = PER_BODY * len(system.bodies)
@@ -168,16 +170,7 @@ class BodiesRecorder(Recorder):
         system, elements = self._model.system, self._model.elements
         force = np.zeros_like(q)
         force[Y::PER_BODY] = -system.gravity * system.masses[Y::PER_BODY, None]
-        for element, load in zip(elements, loads, strict=True):
-            for number, body in enumerate(element.bodies):
-                own = slice(PER_BODY * body, PER_BODY * (body + 1))
-                force[own] += load[PER_BODY * number : PER_BODY * (number + 1)]
-        load_energy: list[Array] = []
-        if system.load is not None:
-            y = PER_BODY * system.observed + Y
-            push, energy = workpiece_forces(q[y] + system.reference[y], self._model.workpiece)
-            force[y] += push
-            load_energy.append(energy)
+        load_energy = self._add_loads(force, q, loads)
         joints = constraints(system, times, q, v)
         self._take_drift(times, required, joints)
         acceleration, _ = accelerations(system, joints, force)
@@ -197,6 +190,20 @@ class BodiesRecorder(Recorder):
             rest.append(self._energies(times, q, v, multipliers, memory, load_energy))
         values[end:] = np.concatenate(rest)
         return values
+
+    def _add_loads(self, force: Array, q: Array, loads: list[Array]) -> list[Array]:
+        """Add contacts and workpiece to the forces; return the workpiece's energy (J), if there is one."""
+        system = self._model.system
+        for element, load in zip(self._model.elements, loads, strict=True):
+            for body, of_body in zip(element.bodies, (load[:PER_BODY], load[PER_BODY:]), strict=True):
+                if body != FRAME:
+                    force[PER_BODY * body : PER_BODY * (body + 1)] += of_body
+        if system.load is None:
+            return []
+        y = PER_BODY * system.observed + Y
+        push, energy = workpiece_forces(q[y] + system.reference[y], self._model.workpiece)
+        force[y] += push
+        return [energy]
 
     def _take_drift(self, times: Array, required: NDArray[Any], joints: Constraints) -> None:
         """Update the largest violation of the constraints, in the required states."""
@@ -251,12 +258,11 @@ class BodiesRecorder(Recorder):
         """Take the extrema of the observed motion inside steps longer than a tick."""
         long = np.flatnonzero(np.diff(ticks) > 1.0)
         if len(long):
-            motion, rates = values[MOTION], values[MOTION.start + TO_RATE : MOTION.stop + TO_RATE]
+            motion, rates = values[self._moving], values[self._moving + TO_RATE]
             step, after = times[long + 1] - times[long], long + 1
             ends = motion[:, long], rates[:, long], motion[:, after], rates[:, after]
             fraction, turning = turning_points(*ends, step)
-            channels = np.arange(MOTION.start, MOTION.stop)
-            self.extrema.take_inside(channels, times[long] + fraction * step, turning)
+            self.extrema.take_inside(self._moving, times[long] + fraction * step, turning)
 
     def _take_contacts(self, times: Array, memory: Memory, new: int) -> None:
         """Take pulses, peaks and depths of the contacts, and impulses by the trapezoidal rule."""
@@ -311,7 +317,9 @@ class BodiesRecorder(Recorder):
         for element in self._model.elements:
             if isinstance(element, SliderElement) and element.bodies[0] == system.observed:
                 first = PER_BODY * system.observed
-                q = samples[MOTION][:PER_BODY] - system.reference[first : first + PER_BODY, None]
+                q = np.zeros((PER_BODY * len(system.bodies), samples.shape[1]))
+                own = slice(first, first + PER_BODY)
+                q[own] = samples[MOTION][:PER_BODY] - system.reference[own, None]
                 start, stop = element.rows.start, element.rows.stop
                 rows = slice(CONTACT + PER_CONTACT * start, CONTACT + PER_CONTACT * stop)
                 forces = samples[rows].reshape(CORNER_COUNT, PER_CONTACT, -1)

@@ -167,7 +167,7 @@ def _joint_load(parameters: Parameters) -> float:
     return weight + load_forces(parameters, math.inf)[1]
 
 
-def exudyn_settings(settings: Settings) -> Any:
+def exudyn_settings(settings: Settings, journals: int) -> Any:
     """Make ``exudyn.SimulationSettings``; each value set here has its reason beside it."""
     values = quiet_settings(settings.duration)
     integration = values.timeIntegration
@@ -195,8 +195,8 @@ def exudyn_settings(settings: Settings) -> Any:
     integration.newton.useModifiedNewton = True
     integration.newton.maxModifiedNewtonIterations = settings.jacobian_uses
     integration.newton.numericalDifferentiation.relativeEpsilon = settings.differentiation_step
-    # Pieces of the crank pin's friction (`journal_contact`): at most four changes; the last one is confirmed
-    integration.discontinuous.maxIterations = 6
+    # Pieces of a journal's friction (`journal_contact`): at most four changes; the last one is confirmed
+    integration.discontinuous.maxIterations = 2 + 4 * max(1, journals)
     integration.discontinuous.ignoreMaxIterations = False
     # The step that `solver` asks for where it takes one back
     integration.discontinuous.useRecommendedStepSize = not settings.fixed

@@ -1,6 +1,6 @@
 """Contact of a slider with the walls of its guide: its force in trial states, its update in accepted ones."""
 
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,14 +17,19 @@ from exudyn_model.clearances import (
 )
 from exudyn_model.five_bodies.contact import (
     ANGLE,
-    BEFORE,
+    AT_REST,
     NEVER,
-    PER_BODY,
+    ContactArrays,
     ContactElement,
+    Pair,
+    Partners,
+    Six,
     Triple,
     X,
     Y,
     allowed_ticks,
+    of_bodies,
+    relative,
     remember,
     speed_in_step,
     touch,
@@ -32,20 +37,13 @@ from exudyn_model.five_bodies.contact import (
     zero_within,
 )
 from exudyn_model.invariants import Watch
-from exudyn_model.kernels import entry, kernel, record
+from exudyn_model.kernels import entry, kernel
 from exudyn_model.laws import CornerMotion, Law, SideForces, side_forces
 
 Array = NDArray[np.float64]
-
-
-class SliderArrays(NamedTuple):
-    """Arrays of a slider that its kernels read and fill; ``step`` and ``law`` have shape (1,)."""
-
-    step: NDArray[Any]  # Of ``contact.STEP``
-    law: NDArray[Any]
-    contacts: NDArray[Any]  # Memory of the corners
-    last: NDArray[Any]  # Of the corners, of ``contact.BEFORE``
-    load: Array  # fx, fy (N) and moment (N m) in the last accepted state
+Four = tuple[float, float, float, float]
+GuideMotion = tuple[float, float, float, float, float]
+Turn = tuple[float, float]
 
 
 @kernel
@@ -79,21 +77,59 @@ def side_change(
 
 
 @kernel
-def in_guide(q: Array | Triple, v: Array | Triple, law: Law) -> tuple[float, float, float, float, float]:
-    """Return x, angle, vx, vy, omega in the guide's frame from a slider's coordinates and their rates."""
-    cx, cy = law.across_x, law.across_y
-    across, v_across, v_along = cx * q[X] + cy * q[Y], cx * v[X] + cy * v[Y], cx * v[Y] - cy * v[X]
-    return across, q[ANGLE] - law.direction, v_across, v_along, v[ANGLE]
+def in_guide(apart: Four, turned: Turn, on: Turn, law: Law) -> tuple[GuideMotion, tuple[float, float]]:
+    """Return the slider's motion in its guide's frame, and the unit vector across the guide.
+
+    Parameters
+    ----------
+    apart : tuple
+        What ``contact.relative`` returns.
+    turned, on : tuple
+        Angle (rad) and angular speed (rad/s) of the slider and of the guide's body.
+    law : Law
+
+    Returns
+    -------
+    motion : tuple
+        x (across the guide, m), angle, vx, vy, omega.
+    across : tuple
+    """
+    (x, y, vx, vy), (angle, omega), (on_angle, on_omega) = apart, turned, on
+    cosine, sine = np.cos(on_angle), np.sin(on_angle)
+    cx = cosine * law.across_x - sine * law.across_y
+    cy = sine * law.across_x + cosine * law.across_y
+    # Against the guide's material where the slider's centre is
+    vx, vy = vx + on_omega * y, vy - on_omega * x
+    motion = cx * x + cy * y, angle - on_angle - law.direction, cx * vx + cy * vy, cx * vy - cy * vx
+    return (*motion, omega - on_omega), (cx, cy)
+
+
+@kernel
+def guide_motion(q: Pair, v: Pair, guide: Partners) -> tuple[GuideMotion, tuple[float, float]]:
+    """Return what :func:`in_guide` does, from the motions of slider and guide."""
+    (q1, q2), (v1, v2) = q, v
+    return in_guide(relative(q, v, guide), (q1[ANGLE], v1[ANGLE]), (q2[ANGLE], v2[ANGLE]), guide.law)
+
+
+@kernel
+def guide_loads(load: Triple, across: tuple[float, float], q: Pair, guide: Partners) -> Six:
+    """Return the loads on slider and guide (N, N m) of one on the slider in the guide's frame."""
+    (fx, fy, moment), (cx, cy), (q1, q2) = load, across, q
+    x, y = cx * fx - cy * fy, cy * fx + cx * fy
+    arm_x, arm_y = q1[X] - q2[X] + guide.apart_x, q1[Y] - q2[Y] + guide.apart_y
+    return x, y, moment, -x, -y, -moment - arm_x * y + arm_y * x
 
 
 @entry
-def slider_force(q: Triple, v: Triple, arrays: SliderArrays) -> tuple[float, float, float]:
-    """Return the force of all corners on a slider: fx, fy (N) and the moment about its centre (N m).
+def slider_force(q: Any, v: Any, arrays: ContactArrays) -> Six:
+    """Return force of all corners and moment about the centre on a slider, then on its guide (N, N m).
 
-    ``q`` counts from the guide's point, along the fixed axes.
+    ``q`` and ``v`` are of the slider, then of the guide's body; of the slider alone if that is the frame.
     """
-    step, law, contacts = arrays.step[0], arrays.law[0], arrays.contacts
-    motion = in_guide(q, v, law)
+    step, guide, contacts = arrays.step[0], arrays.partners[0], arrays.contacts
+    own = q[:3], (q + AT_REST)[3:6]
+    motion, across = guide_motion(own, (v[:3], (v + AT_REST)[3:6]), guide)
+    law = guide.law
     fx, fy, moment = 0.0, 0.0, 0.0
     for side in range(2):
         lower, upper = corner_motion(side, *motion, law), corner_motion(side + UPPER, *motion, law)
@@ -110,7 +146,7 @@ def slider_force(q: Triple, v: Triple, arrays: SliderArrays) -> tuple[float, flo
             forces = side_forces(lower, upper, lower_speed, upper_speed, law)
             load = side_load(side, forces, lower, upper)
             fx, fy, moment = fx + load[0], fy + load[1], moment + load[2]
-    return law.across_x * fx - law.across_y * fy, law.across_y * fx + law.across_x * fy, moment
+    return guide_loads((fx, fy, moment), across, own, guide)
 
 
 @kernel
@@ -151,14 +187,18 @@ def update_side(
 
 
 @entry
-def follow_slider(time: float, q: Array, v: Array, longest: float, first: int, arrays: SliderArrays) -> float:
+def follow_slider(
+    time: float, q: Array, v: Array, longest: float, first: int, arrays: ContactArrays
+) -> float:
     """Take the accepted state at ``time`` (s); return the largest number of ticks of the next step.
 
     It is at most ``longest``. ``first`` is the row of the first corner among all contacts; memory, ``last``
     and ``load`` of the arrays are updated.
     """
-    step, law, contacts, load = arrays.step[0], arrays.law[0], arrays.contacts, arrays.load
-    cx, cy, motion = law.across_x, law.across_y, in_guide(q, v, law)
+    step, guide, contacts, load = arrays.step[0], arrays.partners[0], arrays.contacts, arrays.load
+    own = of_bodies(q, guide)
+    motion, across = guide_motion(own, of_bodies(v, guide), guide)
+    law = guide.law
     x, y, moment = 0.0, 0.0, 0.0
     for side in range(2):
         lower, upper = corner_motion(side, *motion, law), corner_motion(side + UPPER, *motion, law)
@@ -166,22 +206,23 @@ def follow_slider(time: float, q: Array, v: Array, longest: float, first: int, a
         forces = update_side(time, step.length, first + side, lower, upper, low, up, law)
         of_side = side_load(side, forces, lower, upper)
         x, y, moment = x + of_side[0], y + of_side[1], moment + of_side[2]
-    load[X], load[Y], load[ANGLE] = cx * x - cy * y, cy * x + cx * y, moment
+    load[:] = guide_loads((x, y, moment), across, own, guide)
     for number in range(CORNER_COUNT):
         longest = min(longest, allowed_ticks(time, step, contacts[number], arrays.last[number], law))
     return longest
 
 
 @entry
-def slider_change(q: Array, v: Array, arrays: SliderArrays) -> float:
+def slider_change(q: Array, v: Array, arrays: ContactArrays) -> float:
     """Return the fraction of a step after which a corner's contact begins or ends; more than 1: none does.
 
     ``q`` and ``v`` are the state at the step's end; the memory is that at its start.
     """
-    step, law = arrays.step[0], arrays.law[0]
-    motion, earliest = in_guide(q, v, law), NEVER
+    step, guide = arrays.step[0], arrays.partners[0]
+    motion, _ = guide_motion(of_bodies(q, guide), of_bodies(v, guide), guide)
+    earliest = NEVER
     for number in range(CORNER_COUNT):
-        corner = corner_motion(number, *motion, law)
+        corner = corner_motion(number, *motion, guide.law)
         earliest = min(earliest, zero_within(arrays.contacts[number], corner.gap, corner.rate, step.length))
     return earliest
 
@@ -189,15 +230,9 @@ def slider_change(q: Array, v: Array, arrays: SliderArrays) -> float:
 class SliderElement(ContactElement):
     """A slider in its guide; ``first`` is the row of its first corner in the memory of all ``contacts``."""
 
-    def __init__(self, body: int, first: int, law: Law, contacts: NDArray[Any], step: NDArray[Any]) -> None:
-        rows, last = slice(first, first + CORNER_COUNT), np.zeros(CORNER_COUNT, BEFORE)
-        arrays = SliderArrays(step, record(law), contacts[rows], last, np.zeros(PER_BODY))
-        self._own = slice(PER_BODY * body, PER_BODY * body + PER_BODY)
-        super().__init__((body,), rows, law, arrays, (slider_force, follow_slider, slider_change))
-
-    def attach(self, q: Array, v: Array) -> None:
-        """Read all further states from these vectors of all bodies, shape (3 n,)."""
-        super().attach(q[self._own], v[self._own])
+    def __init__(self, guide: Partners, first: int, contacts: NDArray[Any], step: NDArray[Any]) -> None:
+        kernels = (slider_force, follow_slider, slider_change)
+        super().__init__(guide, slice(first, first + CORNER_COUNT), contacts, step, kernels)
 
     def start(self) -> None:
         """Begin the contacts that are closed at t = 0."""
@@ -210,7 +245,7 @@ class SliderElement(ContactElement):
 
     def watch(self, watch: Watch, times: Array, q: Array, v: Array, forces: Array, memory: Array) -> None:
         """Watch states of all bodies, shape (3 n, states), with forces and memory of its rows."""
-        motion = np.array(self._in_guide(q[self._own], v[self._own]))
+        motion = np.array(self._in_guide(q, v))
         watch.take_slider(self.rows.start, times, motion, forces, memory, self.law)
 
     def gaps_and_moment(self, q: Array, normals: Array, frictions: Array) -> tuple[Array, Array]:
@@ -224,6 +259,8 @@ class SliderElement(ContactElement):
         return np.array(gaps), moment
 
     def _in_guide(self, q: Array, v: Array) -> tuple[Any, ...]:
-        """Return x, angle, vx, vy, omega in the guide's frame from the slider's coordinates."""
-        motion: tuple[Any, ...] = cast(Any, in_guide).py_func(q, v, self.law)
-        return motion
+        """Return x, angle, vx, vy, omega in the guide's frame from the coordinates of all bodies."""
+        motion = self.motion(q, v)
+        (in_frame, _) = cast(Any, in_guide).py_func(motion[:4], motion[4::2], motion[5::2], self.law)
+        coordinates: tuple[Any, ...] = in_frame
+        return coordinates

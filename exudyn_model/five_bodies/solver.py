@@ -87,7 +87,9 @@ class Solution:
         """Integrate from t = 0."""
         mbs, recorder, remedy = self.model.mbs, self.recorder, ""
         after_newton = None if self.settings.fixed else self._after_newton
-        status = solve(mbs, exudyn_settings(self.settings), self._before_step, after_newton)
+        status = solve(
+            mbs, exudyn_settings(self.settings, len(self.journals)), self._before_step, after_newton
+        )
         if status == "success" and not recorder.ending:
             self._before_step()  # record the last state, from which no step starts
         else:
@@ -179,9 +181,9 @@ class Solution:
     def _after_newton(self, mbs: Any, t: float) -> list[float]:
         """Exudyn's post-Newton function: return [error, step]; an error above 1 rejects."""
         del mbs, t
-        for element in self.journals:
-            if not element.settled():
-                return [2.0, -1.0]
+        settled = [element.settled() for element in self.journals]  # each takes its next piece
+        if not all(settled):
+            return [2.0, -1.0]
         if self.iterate_again:
             self.iterate_again = False
             return [2.0, -1.0]

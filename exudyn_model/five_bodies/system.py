@@ -27,9 +27,9 @@ from exudyn.itemInterface import (
 )
 from numpy.typing import NDArray
 
-from exudyn_model.clearances import CORNER_COUNT, CORNERS, new_contacts
-from exudyn_model.five_bodies.contact import ANGLE, FRAME, PER_BODY, STEP, ForceUserFunction, X, Y
-from exudyn_model.five_bodies.journal_contact import Bearing, JournalElement
+from exudyn_model.clearances import CORNERS, new_contacts
+from exudyn_model.five_bodies.contact import ANGLE, FRAME, PER_BODY, STEP, ForceUserFunction, Partners, X, Y
+from exudyn_model.five_bodies.journal_contact import JournalElement
 from exudyn_model.five_bodies.slider_contact import SliderElement
 from exudyn_model.kernels import entry, machine_code
 from exudyn_model.laws import Law
@@ -102,12 +102,15 @@ def ends(joint: Pin | Spring) -> tuple[tuple[int, tuple[float, float]], ...]:
 
 
 class SliderContact(NamedTuple):
-    """A rectangular body with clearance in a straight guide."""
+    """A rectangular body with clearance in a straight guide of the body ``on`` or of the ``FRAME``."""
 
     body: int
-    point: tuple[float, float]  # Of the guide's centre line, m
-    direction: float  # Of the axis across the guide, rad; a body at this angle has its length along the guide
+    point: tuple[float, float]  # Of the guide's centre line, in body coordinates, m
+    direction: float  # Of the axis across the guide, rad
     law: Law  # With the body's dimensions
+    on: int = FRAME
+    turn: float = 0.0  # Angle of the body less ``direction`` that has its length along the guide, rad
+    rows: tuple[str, ...] = CORNERS  # Names of its rows in the memory
 
 
 class JournalContact(NamedTuple):
@@ -119,6 +122,7 @@ class JournalContact(NamedTuple):
     second: int
     second_point: tuple[float, float]
     law: Law
+    rows: tuple[str, ...] = (PIN,)  # Name of its row in the memory
 
 
 class Drive(NamedTuple):
@@ -154,21 +158,14 @@ class System:
     springs: list[Spring] = field(default_factory=list)
 
     @property
-    def sliders(self) -> list[SliderContact]:
-        """Contacts of sliders; their corners are the first rows of the contacts' memory."""
-        return [contact for contact in self.contacts if isinstance(contact, SliderContact)]
-
-    @property
     def journals(self) -> list[JournalContact]:
-        """Contacts of journals; their rows follow those of the corners."""
+        """Contacts of journals."""
         return [contact for contact in self.contacts if isinstance(contact, JournalContact)]
 
     @property
     def contact_names(self) -> tuple[str, ...]:
-        """Names of the contacts, by row; those of a second slider or journal end in 2, and so on."""
-        numbers = ["", *(str(n) for n in range(2, 2 + len(self.contacts)))]
-        corners = [f"{name}{n}" for _, n in zip(self.sliders, numbers, strict=False) for name in CORNERS]
-        return (*corners, *(f"{PIN}{n}" for _, n in zip(self.journals, numbers, strict=False)))
+        """Names of the rows of the contacts' memory."""
+        return tuple(name for contact in self.contacts for name in contact.rows)
 
     @property
     def multipliers(self) -> tuple[str, ...]:
@@ -207,8 +204,9 @@ class System:
     def reference(self) -> Array:
         """Origins of the coordinates, shape (3 n,); a slider's is in its guide: gaps keep all digits."""
         reference = np.zeros((len(self.bodies), PER_BODY))
-        for slider in self.sliders:
-            reference[slider.body, :ANGLE] = slider.point
+        for contact in self.contacts:
+            if isinstance(contact, SliderContact) and contact.on == FRAME:
+                reference[contact.body, :ANGLE] = contact.point
         return reference.ravel()
 
 
@@ -320,26 +318,18 @@ def build(system: System, step: float) -> Model:
         mbs.AddLoad(LoadTorqueVector(markerNumber=marker, loadVector=torque))
     contacts, current = new_contacts(len(system.contact_names)), np.array([(step, step)], STEP)
     elements = _elements(system, contacts, current)
-    for element in elements:
-        # An object without mass on the bodies' nodes, which only adds the contact force
-        size = PER_BODY * len(element.bodies)
-        mbs.AddObject(
-            ObjectGenericODE2(
-                nodeNumbers=[nodes[body] for body in element.bodies],
-                massMatrix=np.zeros((size, size)),
-                forceUserFunction=element.force,
-            )
-        )
-    workpiece, loads = workpiece_array(system.load), {}
+    workpiece = workpiece_array(system.load)
+    forces: list[tuple[tuple[int, ...], ForceUserFunction]] = [(one.bodies, one.force) for one in elements]
     if system.load is not None:
         origin = system.reference[PER_BODY * system.observed + Y]
-        loads[system.observed] = _load_force(workpiece, float(origin))
-    for body_number, force in (*loads.items(), *_table_force(system.drive)):
+        forces.append(((system.observed,), _load_force(workpiece, float(origin))))
+    for numbers, force in (*forces, *_table_force(system.drive)):
+        # An object without mass on the bodies' nodes, which only adds the force
+        carriers = [nodes[number] for number in numbers if number != FRAME]
+        size = PER_BODY * len(carriers)
         mbs.AddObject(
             ObjectGenericODE2(
-                nodeNumbers=[nodes[body_number]],
-                massMatrix=np.zeros((PER_BODY, PER_BODY)),
-                forceUserFunction=force,
+                nodeNumbers=carriers, massMatrix=np.zeros((size, size)), forceUserFunction=force
             )
         )
     mbs.Assemble()
@@ -352,7 +342,7 @@ def table_torque(angle: float, table: Array) -> float:
     return float(np.interp(angle % (2.0 * np.pi), table[:, 0], table[:, 1]))
 
 
-def _table_force(drive: Drive | Torque | None) -> list[tuple[int, ForceUserFunction]]:
+def _table_force(drive: Drive | Torque | None) -> list[tuple[tuple[int, ...], ForceUserFunction]]:
     """Return the body and the ``forceUserFunction`` of a torque that changes over the angle, if any."""
     if not isinstance(drive, Torque) or len(drive.table) == 1:
         return []
@@ -361,7 +351,7 @@ def _table_force(drive: Drive | Torque | None) -> list[tuple[int, ForceUserFunct
     def user_function(_mbs: Any, _t: float, _number: int, q: list[float], _v: Any) -> tuple[float, ...]:
         return 0.0, 0.0, torque(q[ANGLE], drive.table)
 
-    return [(drive.body, user_function)]
+    return [((drive.body,), user_function)]
 
 
 def _load_force(workpiece: NDArray[Any], origin: float) -> ForceUserFunction:
@@ -375,19 +365,29 @@ def _load_force(workpiece: NDArray[Any], origin: float) -> ForceUserFunction:
 
 
 def _elements(system: System, contacts: NDArray[Any], step: NDArray[Any]) -> list[Element]:
-    reference, masses = system.reference.reshape(-1, PER_BODY), [body.mass for body in system.bodies]
+    # The frame's follow those of the last body
+    reference = np.vstack([system.reference.reshape(-1, PER_BODY), np.zeros(PER_BODY)])
     elements: list[Element] = []
-    for number, slider in enumerate(system.sliders):
-        angle = slider.direction
-        law = slider.law._replace(
-            mass=masses[slider.body], direction=angle, across_x=math.cos(angle), across_y=math.sin(angle)
-        )
-        elements.append(SliderElement(slider.body, CORNER_COUNT * number, law, contacts, step))
-    row = CORNER_COUNT * len(elements)
-    for number, journal in enumerate(system.journals):
-        apart_x, apart_y, _ = (reference[journal.first] - reference[journal.second]).tolist()
-        points = (journal.first, *journal.first_point), (journal.second, *journal.second_point)
-        law = journal.law._replace(mass=masses[journal.second])
-        bearing = Bearing(*points[0], *points[1], apart_x, apart_y, law)
-        elements.append(JournalElement(bearing, row + number, contacts, step))
+    row = 0
+    for contact in system.contacts:
+        law, (second_x, second_y) = contact.law, (0.0, 0.0)
+        if isinstance(contact, SliderContact):
+            first, first_point, second, (second_x, second_y) = (
+                contact.body,
+                (0.0, 0.0),
+                contact.on,
+                contact.point,
+            )
+            across = {"across_x": math.cos(contact.direction), "across_y": math.sin(contact.direction)}
+            law = law._replace(direction=contact.direction + contact.turn, **across)
+        else:
+            _, first, first_point, second, (second_x, second_y), *_ = contact
+        apart_x, apart_y, _ = (reference[first] - reference[second]).tolist()
+        if second == FRAME:  # a difference of coordinates that count from the guide would lose digits
+            second_x, second_y, apart_x, apart_y = second_x - apart_x, second_y - apart_y, 0.0, 0.0
+        law = law._replace(mass=min(system.bodies[body].mass for body in (first, second) if body != FRAME))
+        partners = Partners(first, *first_point, second, second_x, second_y, apart_x, apart_y, law)
+        kind = SliderElement if isinstance(contact, SliderContact) else JournalElement
+        elements.append(kind(partners, row, contacts, step))
+        row += len(contact.rows)
     return elements

@@ -35,7 +35,7 @@ PULSES = """
 id => {
   const v = [...viewers.values()].find(v => "#" + v.key === id), [low, high] = v.range;
   const pulses = v.data.pulses.map(list => list.filter(p => p.end > low && p.start < high));
-  const name = `corner_${CORNERS[pulses[0][0].corner]}_normal`;
+  const [name] = v.data.places[pulses[0][0].corner];
   const at = v.data.channels.filter(c => v.shown.has(c.name)).findIndex(c => c.name === name);
   const plot = v.plots[2 * at], ink = [...plot.root.querySelectorAll("canvas")][0].getContext("2d");
   const {width, height} = ink.canvas, all = ink.getImageData(0, 0, width, height).data;  // read once

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 PAGE = (Path(__file__).parents[2] / "docs" / "judge.md").read_text("utf-8")
 PATH = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
@@ -84,6 +85,74 @@ def test_the_pair_of_the_page(sixbar):
     sixbar(*command, "--until", "10", PATH=PATH, code=3)
     sixbar.write("pendulum.py", "raise SystemExit('nor is a module beside it forgotten')")
     assert "nor is a module beside it forgotten" in sixbar(*command, PATH=PATH, code=2).err
+
+
+def test_the_step_of_ci_of_the_page(sixbar, pair):
+    pair()
+    run, upload = yaml.safe_load(block("yaml"))
+    assert "agree" in sixbar(*shlex.split(run["run"])[1:], PATH=PATH).out
+    assert Path(sixbar.folder, upload["with"]["path"], "junit.xml").is_file()
+
+
+def test_the_fmu_of_the_page(sixbar):
+    pytest.importorskip("fmpy")
+    pytest.importorskip("pythonfmu")
+    for name, text in (
+        ("pendulum.py", block("python")),
+        ("solver.py", block("python", 1)),
+        ("slave.py", SLAVE_OF_PAGE),
+    ):
+        sixbar.write(name, text)
+    build = [sys.executable, "-m", "pythonfmu", "build", "-f", "slave.py", "-d", ".", "pendulum.py"]
+    subprocess.run(build, cwd=sixbar.folder, check=True, capture_output=True)
+    before, _, after = block("toml").partition("[side.b]")
+    sixbar.write("pair.toml", before + block("toml", 1) + after[after.index("[start]") :])
+    ended = sixbar("judge", "pair.toml", PATH=PATH)
+    assert "The two agree until" in ended.out
+    assert "scale is taken as 1" not in ended.err
+
+
+SLAVE_OF_PAGE = """
+import numpy as np
+from pendulum import run
+from pythonfmu import DefaultExperiment, Fmi2Causality, Fmi2Initial, Fmi2Slave, Real
+
+class pendulum(Fmi2Slave):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.phi1, self.phi2, self.u, self.v, self.tolerance = 2.0, 2.5, 0.0, 0.0, 1e-8
+        self.default_experiment = DefaultExperiment(start_time=0.0, stop_time=10.0, step_size=0.01)
+        for name in ("phi1", "phi2", "u", "v"):
+            self.register_variable(Real(name, causality=Fmi2Causality.output, initial=Fmi2Initial.exact))
+
+    def setup_experiment(self, start_time, stop_time, tolerance):
+        self.tolerance = tolerance
+
+    def exit_initialization_mode(self):
+        start = np.array([self.phi1 - 2.0, self.phi2 - 2.5, self.u, self.v])
+        self.rows = run("LSODA", self.tolerance, start).to_numpy()[:, 1:]
+
+    def do_step(self, current_time, step_size):
+        row = self.rows[round((current_time + step_size) / 0.01)]
+        self.phi1, self.phi2, self.u, self.v = map(float, row)
+        return True
+"""
+
+
+def test_columns_of_one_side_are_refused_after_its_first_run(sixbar, pair):
+    command = pair(
+        (
+            'a.py {tolerance} {start} {out}"\ntolerance = 1e-7',
+            'b.py {tolerance} {start} {out}"\ntolerance = 1e-7',
+        )
+    )
+    logged = f"{SCRIPT}\nopen('runs', 'a').write('run ')\n"
+    sixbar.write("a.py", logged)
+    sixbar.write("b.py", logged.replace("time,y", "time,z"))
+    said = sixbar(*command, PATH=PATH, code=2).err
+    assert "'y' is not a channel, nor a column of both tables" in said
+    assert "[mapping] of a pair file" in said
+    assert Path(sixbar.folder, "runs").read_text("utf-8") == "run run "
 
 
 def test_the_reference_of_the_page_that_is_only_a_file(sixbar):

@@ -1,7 +1,10 @@
 """Linkages from the command line, by both models: validation, gate, comparison, sweep; what is refused."""
 
 import json
+import re
+from math import cos, pi, sin
 
+import pandas as pd
 import pytest
 
 
@@ -13,7 +16,7 @@ def test_validate_and_gate_take_a_linkage(sixbar):
     assert not scene["warnings"]  # as of moved starts, of which there are none
     assert scene["channels"]["ram.x"]["scale"] == pytest.approx(0.45)  # the rocker is longest
     page = (sixbar.folder / "report/report.html").read_text("utf-8")
-    for part in ('data-body="rocker"', 'class="body slider"', "moveBodies"):
+    for part in ('data-body="rocker"', 'class="body slider"', "moveBodies", ">rocker</text>"):
         assert part in page, part
     assert 'tests="61"' in (sixbar.folder / "report/junit.xml").read_text(
         "utf-8"
@@ -28,17 +31,38 @@ def test_validate_and_gate_take_a_linkage(sixbar):
 
 
 def test_a_singular_position_ends_as_what_cannot_be_compared(sixbar):
-    ended = sixbar("validate", "double-four-bar", "--out", "report", code=2)
-    assert "singular position at t = 0.714" in ended.out
+    ended = sixbar("validate", "double-four-bar", "--out", "report", "-q", code=2)
+    assert "double-four-bar: the reference run did not succeed: singular" in ended.out
+    assert "singular position at t = 0.714" in " ".join(ended.out.split())
     assert (sixbar.folder / "report/tables/double-four-bar.standard-reference-base.partial.csv").read_text(
         "utf-8"
     ).count("\n") > 50
     assert "singular" in (sixbar.folder / "report/junit.xml").read_text("utf-8")
 
 
+def test_two_corners_that_touch_at_once_are_listed_by_both_models(sixbar):
+    """The first contact of the free slider-crank of Flores, Leine and Glocker: in flight it is smooth."""
+    few = ["--set", "output.duration=3e-3", "--set", "output.samples=300", "--set", "solver.exudyn.step=1e-7"]
+    record = json.loads(sixbar("validate", "slider-crank", *few, "--out", "report", "--json").out)
+    (scene,) = record["scenes"]
+    assert (scene["verdict"], record["exit_code"]) == ("agree", 0)
+    assert scene["channels"]["G.ll_gap"]["scale"] == 1e-3
+    tables = sorted((sixbar.folder / "report/tables").glob("*.events.csv"))
+    events = [pd.read_csv(path) for path in tables]
+    assert len(events) == 2
+    for each in events:
+        first = each.sort_values("start").head(2)
+        assert {*first["corner"]} == {"G.ll", "G.ul"}
+        assert first["start"].tolist() == pytest.approx([2.692503e-3] * 2, abs=1e-7)
+    page = (sixbar.folder / "report/report.html").read_text("utf-8")
+    assert "G: 1\N{NO-BREAK SPACE}mm" in page  # the clearance enlarged
+    assert page.count("G.ul") > 1  # of the table of contacts
+
+
 def test_tables_of_a_linkage_are_compared_plotted_and_swept(sixbar):
     for model in ("reference", "exudyn"):
         sixbar("run", "four-bar", "--model", model, "--out", f"{model}.csv")
+        assert not [*sixbar.folder.glob("*.events.csv")]  # of contacts, of which there are none
     ended = sixbar("compare", "reference.csv", "exudyn.csv", "--tolerance", "1e-6")
     assert "coupler.omega" in ended.out
     assert "crank.alpha    unexcited" in ended.out  # the drive's speed is constant
@@ -70,3 +94,70 @@ def test_linkages_are_listed_apart(sixbar):
     assert {"squeezer", "ideal"} <= {*names}
     assert "solver.exudyn.step (s; > 0" in sixbar("keys", "--linkage", "exudyn.step").out  # 2e-6 of the press
     assert "pin.NAME.joins" in sixbar("keys", "--linkage", "two points").out
+    assert not re.findall("slider|crank", sixbar("keys", "--linkage").out)
+
+
+RAM = """
+[body.ram]
+mass = 1
+inertia = 1
+[body.block]
+mass = 1
+inertia = 1
+[guide]
+G = { body = "ram" }
+H = { body = "block", on = "ram", direction_deg = 90 }
+[initial]
+ram = { x = 0 }
+block = { y = 0 }
+[drive]
+free = true
+[output]
+duration = 1
+samples = 10
+[solver.exudyn]
+step = 1e-2
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (RAM.replace("free = true", 'body = "block"\ntorque = 1.0'), "'block' cannot turn: a guide"),
+        (RAM.replace("duration = 1\n", ""), "must be given (s): a drive without speed_rpm needs it"),
+        (f'[scene]\nextends = "ideal"\n{RAM}', "scene.extends = 'ideal': a linkage ([body]) and the press"),
+        ('[scene]\nextends = "four-bar"\n[mechanism.crank]\nmass = 1', "extends = 'four-bar': a linkage"),
+    ],
+)  # fmt: skip
+def test_a_mistake_in_a_linkage_is_one_line(sixbar, text, message):
+    sixbar.write("own.toml", text)
+    sixbar.refused("plan own.toml", message)
+
+
+def test_a_linkage_at_rest_has_a_page(sixbar):
+    sixbar.write("own.toml", RAM)
+    sixbar("validate", "own.toml", "--out", "report", code=3)
+    assert "unexcited" in (sixbar.folder / "report/report.html").read_text("utf-8")
+
+
+def test_the_plan_says_where_the_bodies_start(sixbar):
+    plans = json.loads(sixbar("plan", "four-bar", "--json").out)
+    for plan in plans:
+        x, y, angle = plan["start"]["crank"]
+        assert (x, y, angle) == pytest.approx((0.05 * cos(pi / 6), 0.05 * sin(pi / 6), pi / 6))
+    assert sixbar("plan", "four-bar").out.count("start       crank: (0.0433013, 0.025) m, 30 deg") == len(
+        plans
+    )
+
+
+def test_what_is_deleted_from_a_new_linkage_is_gone(sixbar):
+    sixbar("new", "own.toml", "--from", "four-bar")
+    text = (sixbar.folder / "own.toml").read_text("utf-8")
+    sixbar.write("own.toml", re.sub(r"\[pin\.C\].*?\n\n", "", text, flags=re.DOTALL))
+    sixbar.refused("plan own.toml", "needs 3 positions and 2 rates")
+
+
+def test_a_run_that_fails_at_a_change_point_names_the_position(sixbar):
+    changes = "--set", "body.coupler.length=0.15", "--set", "solver.exudyn.step=1e-2"
+    refused = sixbar("run", "four-bar", "--model", "exudyn", *changes, "--out", "x.csv", code=2).err
+    assert "perhaps by a singular position near t = 0.4166" in refused

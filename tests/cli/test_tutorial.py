@@ -53,15 +53,18 @@ def test_the_outputs_are_those_of_the_page(sixbar, monkeypatch):
     assert commands == 9
 
 
-def test_the_linkage_of_its_page_runs_as_printed(sixbar, monkeypatch):
+def test_the_linkages_of_their_page_run_as_printed(sixbar, monkeypatch):
     monkeypatch.chdir(sixbar.folder)
-    (language, text), (_, console) = steps("linkages.md")
-    sixbar.write("bar.toml", text)
-    commands = re.findall(CONSOLE, console, re.DOTALL | re.MULTILINE)
-    for command, shown, code in commands:
-        ended = sixbar(*shlex.split(command), code=int(code or 0), COLUMNS="80")
-        require(shown, ended.err.strip() if code else ended.out)
-    assert (language, len(commands)) == ("toml", 4)
+    files, commands = ["bar.toml", "worn.toml"], 0
+    for language, text in steps("linkages.md"):
+        if language == "toml":
+            sixbar.write(files.pop(0), text)
+            continue
+        for command, shown, code in re.findall(CONSOLE, text, re.DOTALL | re.MULTILINE):
+            ended = sixbar(*shlex.split(command), code=int(code or 0), COLUMNS="80")
+            require(shown, ended.err.strip() if code else ended.out)
+            commands += 1
+    assert (files, commands) == ([], 7)
 
 
 def test_the_scene_of_its_page_is_planned_and_its_mistake_refused_as_printed(sixbar):

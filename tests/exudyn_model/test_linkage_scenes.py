@@ -330,6 +330,10 @@ def test_a_driven_four_bar_has_its_channels_extrema_and_plan():
     assert simulate.plan(four_bar()) == {
         "formulation": "bodies and joints", "bodies": ["crank", "rod", "rocker"], "coordinates": 9,
         "constraints": 9, "freedom": 0,
+        "start": {
+            body: pytest.approx([columns[f"{body}.{part}"][0] for part in ("x", "y", "angle")])
+            for body in ("crank", "rod", "rocker")
+        },
     }  # fmt: skip
 
 

@@ -15,6 +15,7 @@ GRAVITY = SimpleNamespace(
     normal=9.81, crash=1.0, refuse=2.0, fail=3.0, nan=4.0, differ=6.0, hang=7.0, lucky=10.0,
     violate=11.0, singular=12.0,
 )  # fmt: skip
+CORNERS = ("ll", "lr", "ul", "ur")
 MODEL = __name__.removesuffix("_model")
 
 
@@ -92,6 +93,15 @@ def linkage_signals(scene, error, stretch):
                     f"{body}.{kind}y": place.imag,
                     f"{body}.{name}": angle,
                 }
+    for name, own in scene.get("clearance", {}).items() if "contacts" in output["groups"] else ():
+        size = own["size"] * ((1 + stretch) + error * (1 + np.cos(w * t)))
+        inside = np.maximum(np.sin(w * t) - 0.5, 0.0) * (1 + stretch + error)
+        forces = {"normal": 40.0 * inside, "friction": -6.0 * inside}
+        if "journal_radius" in own:
+            columns |= {f"{name}.x": size * np.cos(w * t), f"{name}.y": size * np.sin(w * t)}
+        for place in [f"{name}."] if "journal_radius" in own else [f"{name}.{c}_" for c in CORNERS]:
+            columns |= {f"{place}{force}": values for force, values in forces.items()}
+            columns |= {f"{place}gap": size * (0.5 - np.sin(w * t))} if place.endswith("_") else {}
     return columns
 
 
@@ -146,9 +156,13 @@ def simulate(scene, *, progress=None):
     end = min(0.02, float(columns["time"][-1]))
     contact = {"start": 0.5 * end, "end": end, "normal_speed": 0.1, "impulse": 0.02}
     contact |= {"peak_force": 40.0, "largest_depth": 1e-6}
+    loose = scene.get("clearance", {}).items()
+    places = [name if "journal_radius" in own else f"{name}.ul" for name, own in loose if "body" in scene]
+    places = places if "body" in scene else ["ll"]
     return SimpleNamespace(
         columns=columns,
-        events={"corner": np.array(["ll"])} | {name: np.array([value]) for name, value in contact.items()},
+        events={"corner": np.array(places)}
+        | {name: np.full(len(places), value) for name, value in contact.items()},
         extrema={name: {"min": values.min(), "max": values.max()} for name, values in columns.items()},
         provenance={"model": MODEL, "counters": {"steps": 5}},
         status=status,

@@ -113,7 +113,7 @@ def rows_of(p, time, q, v):
     """Return Phi, Phi', Phi_q and gamma of a free slider."""
     model = _multiplier(p)
     _constraints(model, time, q, v)
-    return model.phi, model.rate, model.jacobian, model.gamma
+    return tuple(part[: model.rows] for part in (model.phi, model.rate, model.jacobian, model.gamma))
 
 
 def masses_and_weights(p):

@@ -7,10 +7,9 @@ from press_states import Press, states
 from reference_states import JOURNAL, Bearing, friction_regime, new_modes, slider_forces
 
 from exudyn_model.clearances import corner_motion, journal_motion, new_contacts
-from exudyn_model.five_bodies.contact import BEFORE, STEP
-from exudyn_model.five_bodies.journal_contact import Bearing as OwnBearing
-from exudyn_model.five_bodies.journal_contact import JournalArrays, journal_force
-from exudyn_model.five_bodies.slider_contact import SliderArrays, slider_force
+from exudyn_model.five_bodies.contact import BEFORE, FRAME, STEP, ContactArrays, Partners
+from exudyn_model.five_bodies.journal_contact import journal_force
+from exudyn_model.five_bodies.slider_contact import slider_force
 from exudyn_model.kernels import record
 from exudyn_model.laws import slip_regime
 
@@ -37,8 +36,10 @@ def corners_force(press, state, contacts, length=LENGTH, tick=0.0):
     """Force of the Exudyn model's corners in a step (s): its motion counts from the guide's centre line."""
     x, y, angle, *rates = state.slider if hasattr(state, "slider") else state
     step = np.array([(length, tick)], STEP)
-    arrays = SliderArrays(step, record(press.exudyn.guide), contacts, np.zeros(4, BEFORE), np.zeros(3))
-    return slider_force((x - press.exudyn.mechanism.guide_x, y, angle), tuple(rates), arrays)
+    guide = Partners(4, 0.0, 0.0, FRAME, 0.0, 0.0, 0.0, 0.0, press.exudyn.guide)
+    arrays = ContactArrays(step, record(guide), contacts, np.zeros(4, BEFORE), np.zeros(6))
+    at = x - press.exudyn.mechanism.guide_x, y, angle
+    return slider_force(at, tuple(rates), arrays)[:3]
 
 
 DAMPING_MODELS = [{"contact.damping_model": name} for name in ("hunt-crossley", "flores", "gonthier")]
@@ -185,9 +186,9 @@ def test_forces_of_the_journal_agree(law):
     c = press.numbers
     mechanism = press.exudyn.mechanism
     constants = press.exudyn.journal
-    ends = OwnBearing(0, mechanism.crank.to_tip, 0.0, 1, -mechanism.rod2.centroid, 0.0, 0.0, 0.0, constants)
+    ends = Partners(0, mechanism.crank.to_tip, 0.0, 1, -mechanism.rod2.centroid, 0.0, 0.0, 0.0, constants)
     step = np.array([(LENGTH, 0.0)], STEP)
-    arrays = JournalArrays(step, record(ends), new_contacts(1), np.zeros(1, BEFORE), np.zeros(6))
+    arrays = ContactArrays(step, record(ends), new_contacts(1), np.zeros(1, BEFORE), np.zeros(6))
     rng = np.random.default_rng(5)
     regimes, clipped, closed, shallow = set(), 0, 0, 0
     for count in range(300):

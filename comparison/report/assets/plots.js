@@ -1,8 +1,6 @@
 // Interactive plots: all models above, their differences and the threshold below, one cursor for all.
 "use strict";
 
-const CORNERS = ["ll", "lr", "ul", "ur", "pin"];
-const PLACES = ["lower left", "lower right", "upper left", "upper right", "crank pin"];
 // A thin line on a wide, pale one shows both where they coincide.
 const STYLES = [{name: "first", alpha: "99", width: 4.5}, {name: "second", alpha: "", width: 1.5}, {name: "third", alpha: "", width: 0.8}];
 const SIGNS = {agree: "✓", differ: "✗", indeterminate: "?"};
@@ -428,13 +426,13 @@ class Viewer {
     const now = this.jumped ?? this.data.t[this.index];
     const next = step > 0 ? starts.find(t => t > now + 1e-6) : starts.findLast(t => t < now - 1e-6);
     if (next === undefined) return;
-    const [corner, start, length] = all.find(k => k[1] === next), name = `corner_${CORNERS[corner]}_normal`;
+    const [corner, start, length] = all.find(k => k[1] === next), [name, place] = this.data.places[corner];
     this.bring(name);
     // The plots get their heights in a microtask.
     requestAnimationFrame(() => this.figures.get(name)?.scrollIntoView({block: "nearest"}));
     const half = 0.004 * (this.data.period || this.whole[1] - this.whole[0]), reach = Math.min(half, 2 * length);
     this.zoom(next - reach, next + length / 2 + reach);
-    this.note = {index: this.near(next), text: `Impact at the ${PLACES[corner]}: ${start.toFixed(6)} s, lasts ${quantity(length, "s")}, ${this.peaks(corner, start, length)}`};
+    this.note = {index: this.near(next), text: `Impact at ${place}: ${start.toFixed(6)} s, lasts ${quantity(length, "s")}, ${this.peaks(corner, start, length)}`};
     this.go(this.note.index);
     this.jumped = next;
   }

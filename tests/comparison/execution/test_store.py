@@ -1,5 +1,6 @@
 """The store of runs and rows: what is damaged is not used, what nobody uses is dropped."""
 
+import json
 import logging
 import os
 import random
@@ -9,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.execution.store import drop_unused, fetch, fetch_row, keep, keep_row
+from comparison.execution.store import drop_unused, fetch, fetch_row, keep, keep_file, keep_row
 from comparison.tables.table import Table
 
 KEY = "0" * 64
@@ -75,6 +76,14 @@ def test_no_damaged_result_is_used_and_each_is_reported(stored, fetched, cache, 
             assert (get(), get()) == (None, None)
             assert "is damaged and is computed again" in caplog.text
             assert [record.levelno for record in caplog.records] == [logging.WARNING]  # once: it is deleted
+
+
+@pytest.mark.parametrize("name", ["os:system", "comparison.files:os", "comparison.execution.pool:_Worker"])
+def test_a_stored_result_calls_nothing_but_records_of_this_package(name):
+    head = json.dumps({name: {"dict": [["command", "touch called"]]}}).encode()
+    keep_file(KEY, len(head).to_bytes(8) + head)
+    with pytest.raises(TypeError, match="cannot be stored"):
+        fetch(KEY)
 
 
 def test_what_nobody_used_in_a_month_is_dropped_and_nothing_else(cache, make_table, fetched):

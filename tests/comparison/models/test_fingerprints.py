@@ -9,8 +9,11 @@ from pathlib import Path
 import pytest
 
 from comparison.execution.run import Job, run_all, run_key
+from comparison.files import json_text
 from comparison.models import ROOT, closure, code_hash, fingerprint
 from comparison.scene import load_scene
+from comparison.verdict.validate import validate
+from comparison.words.record import as_mapping
 
 PRESSES = (ROOT / "tests" / "cli" / "presses.py").read_text("utf-8")
 POINTS = {name: f"presses:{name}" for name in ("alpha", "beta")}
@@ -85,6 +88,30 @@ def test_a_change_of_the_model_or_of_what_is_installed_runs_it_again(install):
     install("another", "", {}, version="2")
     assert len({own, changed, fingerprint("alpha")}) == 3
     assert fingerprint("reference") == ours  # it imports nothing of that
+
+
+@pytest.mark.usefixtures("own_cache")
+def test_a_second_verdict_is_the_first_until_the_model_or_a_word_of_the_scene_changes(install, tmp_path):
+    install("presses", PRESSES, POINTS)
+    small = {"output.groups": [], "drive.cycles": 1.0, "output.samples_per_cycle": 200}
+
+    def result(**texts):
+        scene = load_scene("150rpm-0.2mm", small | {f"scene.{key}": text for key, text in texts.items()})
+        (judged,) = validate(scene, models="alpha,beta", n_jobs=0, tiers=["standard"])
+        tables = {model: run.base.frame.sum().to_dict() for model, run in judged.runs.items()}
+        page = judged.comparison.report(tmp_path / "page.html").read_text("utf-8")
+        return json_text(as_mapping(judged.comparison) | {"tables": tables}), page.partition(
+            '<details class="scene"'
+        )[2]
+
+    first = result()
+    assert result() == first
+    record, page = result(title="Another title")
+    assert '"title": "Another title"' in record
+    assert ("Another title" in page, "Another title" in first[1]) == (True, False)
+    install("presses", PRESSES.replace("0.1 * np.cos", "0.3 * np.cos"), POINTS)
+    changed = result()
+    assert (changed[0] != first[0], changed[1] != first[1]) == (True, True)
 
 
 def test_a_package_counts_with_all_its_files(install, tmp_path):

@@ -4,6 +4,7 @@ import pytest
 
 from comparison.scene import SceneError, load_scene, scene_from_mapping
 from comparison.scene.loading import new_scene, shipped_linkages
+from comparison.tables.channels import expected, known_channels
 
 
 def test_the_complete_mapping_has_points_and_defaults() -> None:
@@ -38,9 +39,12 @@ def test_the_duration_of_a_free_linkage_is_stated(tmp_path) -> None:
 @pytest.mark.parametrize("name", shipped_linkages())
 def test_a_new_file_is_its_linkage(name, tmp_path) -> None:
     path = tmp_path / "new.toml"
-    path.write_text(new_scene(path, name))
+    (tmp_path / "base.toml").write_text(f"[scene]\nextends = '{name}'\n[compare]\nuntil = 0.5")
+    path.write_text(new_scene(path, str(tmp_path / "base.toml")))
     known = load_scene(name)
     assert load_scene(path).hash == known.hash == scene_from_mapping(known.data).hash
+    assert load_scene(path).compare.until == 0.5
+    assert [*load_scene(path).data["body"]] == [*known.data["body"]]
 
 
 @pytest.mark.parametrize(
@@ -73,10 +77,27 @@ def test_a_new_file_is_its_linkage(name, tmp_path) -> None:
         ("drive.torque_table", [[0.0, 1.0], [9.0, 2.0], [8.0, 2.0], [360.0, 1.0]], "must have rising angles"),
         ("drive.cycles", 1e9, "must give 1 to 100000000 samples, not 1e+12"),
         ("output.duration", 1.0, "is for a linkage without drive.speed_rpm"),
-        ("output.groups", ["corners"], "must be 'accelerations', 'joints' or 'energy'"),
+        ("output.groups", ["corners"], "must be 'accelerations', 'contacts', 'joints' or"),
         ("initial.crnk.omega", 1.0, "is no body; did you mean crank?"),
         ("load", {"body": "coupler", "table": [[0.0, 1.0]]}, "must begin with [0, 0]"),
-        ("contact.law", "x", "contact is for the press: a scene with [body] has none"),
+        ("joints.slider", "ideal", "joints is for the press: a scene with [body] has none"),
+        ("contact.exponent", 2.0, "contact = {'exponent': 2.0} is for a linkage with a table clearance"),
+        ("clearance.D.size", 1e-4, "clearance.D = 'D' is no pin or guide; there are O, A, B, C"),
+        ("clearance.A", {"size": 1e-4, "width": 0.1}, "clearance.A.width = 0.1 m is for a guide"),
+        ("clearance.A", {"size": 1e-4, "offset": 1e-5}, "clearance.A.offset = 1e-05 m must be [x, y]"),
+        ("clearance.A", {"size": 1e-4, "offset": [1, "x"]}, "clearance.A.offset.1 = 'x' must be a number"),
+        ("clearance.A", {"size": 1e-4, "offset": [1e-4, 1e-4]}, "starts 4.14e-05 m beyond the gap"),
+        (
+            "clearance.A",
+            {"size": 1e-4, "contact": {"law": "foundation"}},
+            "'hertz-corners' or 'adams-impact'",
+        ),
+        (
+            "clearance.A",
+            {"size": 1e-4, "contact": {"restitution": 0.0, "damping_model": "flores"}},
+            "clearance.A.contact.restitution = 0.0 must be >= 0.01",
+        ),
+        ("clearance.A", {"size": 1e-4, "friction": {"static_speed": 1.0}}, "must be > clearance.A.friction"),
     ],
 )
 def test_a_mistake_is_one_line(key, value, message) -> None:
@@ -84,6 +105,52 @@ def test_a_mistake_is_one_line(key, value, message) -> None:
         load_scene("four-bar", {key: value})
     assert message in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+BLOCK = {"size": 1e-4, "length": 0.06, "width": 0.02}
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"length": None}, "clearance.bed.length = None must be given for a guide"),
+        ({"journal_radius": 0.01}, "clearance.bed.journal_radius = 0.01 m is for a pin"),
+        ({"offset": [0.0, 0.0]}, "clearance.bed.offset = [0.0, 0.0] must be a number"),
+        ({"tilt_deg": 1.0}, "m beyond the gap"),
+    ],
+)
+def test_a_mistake_about_a_guide_is_one_line(change, message) -> None:
+    block = {key: value for key, value in (BLOCK | change).items() if value is not None}
+    with pytest.raises(SceneError) as refused:
+        load_scene("quick-return", {"clearance.bed": block})
+    assert message in str(refused.value)
+
+
+def test_clearances_have_every_key_of_their_kind_and_complete_laws() -> None:
+    groups = ["accelerations", "contacts", "energy"]
+    values = {"clearance.bed": BLOCK, "clearance.A.size": 2e-4, "clearance.A.contact.exponent": 2.0}
+    scene = load_scene("quick-return", values | {"contact.restitution": 0.5, "output.groups": groups})
+    pin, guide = scene.data["clearance"]["A"], scene.data["clearance"]["bed"]
+    assert guide["contact"] == scene.data["contact"]
+    assert pin["contact"] == scene.data["contact"] | {"exponent": 2.0}
+    assert scene.data["contact"]["restitution"] == 0.5
+    assert pin["friction"] == {"coefficient": 0.0, "static_speed": 1e-4, "transition_speed": 1e-3}
+    laws = {"contact", "friction"}
+    assert {*pin} == {"size", "journal_radius", "offset", "offset_rate"} | laws
+    assert {*guide} == {"size", "length", "width", "corner_radius", "offset", "offset_rate"} | laws | {
+        "tilt_deg",
+        "tilt_rate",
+    }
+    assert scene.data["solver"]["exudyn"]["step"] == 2e-6
+    assert scene_from_mapping(scene.data).hash == scene.hash
+    names = expected(scene.data)
+    assert names[-18:-8] == [
+        *("bed.ul_gap", "bed.ul_normal", "bed.ul_friction", "bed.ur_gap", "bed.ur_normal", "bed.ur_friction"),
+        *("A.x", "A.y", "A.normal", "A.friction"),
+    ]
+    assert names[-4:] == ["energy_contact", "energy_damping", "energy_friction", "energy_residual"]
+    assert known_channels(scene.data)["bed.ll_gap"].given == 1e-4
+    assert scene.loose == ("bed", "A")
 
 
 def test_a_body_does_not_make_a_linkage_of_the_press() -> None:

@@ -130,13 +130,13 @@ def test_what_is_no_result_is_refused_in_one_line(changed, rule):
 
 
 def test_a_run_imports_nothing_heavy_that_it_does_not_need(tmp_path):
-    """Either takes longer than such a run."""
+    """Each takes longer than such a run."""
     arguments = ["run", "ideal", "--set=drive.cycles=0.1", "--model=reference", f"--out={tmp_path}/a.csv"]
     arguments.append('--set=output.groups=["accelerations", "joints", "energy"]')
     code = f"import sys; from comparison.cli import main; main({arguments}); print(*sys.modules)"
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, check=True)
-    assert not {"numba", "scipy"} & set(done.stdout.decode().splitlines()[-1].split())
+    assert not {"numba", "pandas", "scipy"} & set(done.stdout.decode().splitlines()[-1].split())
     assert (tmp_path / "a.csv").is_file()
 
 
