@@ -145,7 +145,7 @@ def disagreements(model, drawn, columns, events):
         quantities.setdefault("energy" if quantity.startswith("energy") else quantity, []).append(name)
     tables = [(names, columns, fine.columns, coarse.columns) for names in quantities.values()]
     truth = {key: np.array([event[key] for event in events], float) for key in ("start", "end", "impulse")}
-    tables += [([key], truth, fine.events, coarse.events) for key in truth]
+    tables += [([key], truth, fine.events, coarse.events) for key in truth if truth[key].size]
     for names, *runs in tables:
         exact, got, other = (np.array([run[name] for name in names]) for run in runs)
         # Measured: across kinks of friction a start at 8 ms is off by 2e-10 s, with 6e-11 s between two runs;
@@ -156,7 +156,10 @@ def disagreements(model, drawn, columns, events):
 
 
 @pytest.mark.parametrize("model", REFINED)
-@pytest.mark.parametrize(("kind", "i"), [(kind, i) for i in range(2) for kind in KINDS])
+# The last two: an assembly that offsets must not change, and rest.
+@pytest.mark.parametrize(
+    ("kind", "i"), [*[(kind, i) for i in range(2) for kind in KINDS], ("lever", 10), ("slider-crank", 6)]
+)
 def test_a_linkage_with_clearances_moves_as_its_minimal_program(kind, i, model):
     assert not list(disagreements(model, *expected(kind, i)))
 
