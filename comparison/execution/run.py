@@ -341,12 +341,24 @@ def quality_warnings(table: Table) -> list[str]:
             "refine the solver, and keep Baumgarte's gains below a tenth of one over its largest step"
         )
     lines += contact_warnings(table)
-    radius = table.provenance.get("scene", {}).get("contact", {}).get("corner_radius")
-    if radius is not None and (contacts := table.contacts) is not None:
-        depths = np.asarray(contacts["largest_depth"])[np.asarray(contacts["corner"]) != "pin"]
-        if (depth := float(depths.max(initial=0.0))) > radius:
-            lines.append(
-                f"a corner is pressed {quantity(depth, 'm')} into the wall, deeper than its radius "
-                f"contact.corner_radius = {radius:g} m: the contact law is not valid there"
-            )
-    return lines
+    return lines + deep_contacts(table)
+
+
+def deep_contacts(table: Table) -> list[str]:
+    """Return a line for the first clearance in which a contact is deeper than its radius."""
+    scene, contacts = table.provenance.get("scene", {}), table.contacts
+    if contacts is None or "contact" not in scene:
+        return []
+    radii = {"contact.corner_radius": scene["contact"].get("corner_radius", np.inf)}
+    for name, own in scene["clearance"].items() if "body" in scene else ():
+        key = "corner_radius" if "corner_radius" in own else "journal_radius"
+        radii[f"clearance.{name}.{key}"] = own[key]
+    places = np.array([str(corner).partition(".")[0] for corner in contacts["corner"]])
+    for key, radius in radii.items():
+        here = places == key.split(".")[1] if key.startswith("clearance.") else places != "pin"
+        depth = float(np.asarray(contacts["largest_depth"])[here].max(initial=0.0))
+        if depth > radius:
+            what = "a journal" if key.endswith("journal_radius") else "a corner"
+            rule = f"deeper than its radius {key} = {radius:g} m: the contact law is not valid there"
+            return [f"{what} is pressed {quantity(depth, 'm')} deep, {rule}"]
+    return []

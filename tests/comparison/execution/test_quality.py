@@ -22,6 +22,18 @@ def made(durations=(), depth=1e-6, step=None, forces=1.0, residual=None, lost=1.
     return Table(frame, events=events, extrema={}, provenance=record)
 
 
+def test_of_a_linkage_each_clearance_has_its_own_radius():
+    run = made([1e-4, 1e-4], depth=[1.5e-3, 4e-3])
+    run.events["corner"] = ["G.ul", "B"]
+    clearance = {"G": {"corner_radius": 2e-3}, "B": {"journal_radius": 5e-3}}
+    run.provenance["scene"] = {"body": {}, "contact": {}, "clearance": clearance}
+    assert quality_warnings(run) == []
+    clearance["B"]["journal_radius"] = 3e-3
+    (line,) = quality_warnings(run)
+    assert line.startswith("a journal is pressed 4")
+    assert "deeper than its radius clearance.B.journal_radius = 0.003 m" in line
+
+
 @pytest.mark.parametrize(
     ("run", "words"),
     [
