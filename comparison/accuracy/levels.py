@@ -301,9 +301,8 @@ def plan(scene: Scene, model: str) -> Plan:
         sizes, left = (own["coordinates"], own["constraints"]), (("tight tier", "it is the press's"),)
         beside = " besides the drive" if "speed_rpm" in scene.data["drive"] else ""
         note = f"degrees of freedom{beside}: {own['freedom']}"
-        bodies, contacts = tuple(own["bodies"]), tuple(own.get("contacts", ()))
-        parts = own["formulation"], bodies, (), *sizes, note, contacts, "", left, None, ()
-        return Plan(model, *parts, own.get("start", {}))
+        bodies, contacts, start = tuple(own["bodies"]), tuple(own.get("contacts", ())), own.get("start", {})
+        return Plan(model, own["formulation"], bodies, (), *sizes, note, contacts, "", left, None, (), start)
     key, instead = f"solver.{model}.formulation", []
     for name in formulations(model, scene.data):
         other = scene.variant({key: name})  # at the scene's settings of that formulation

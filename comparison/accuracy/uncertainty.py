@@ -248,13 +248,12 @@ def model_uncertainty(
     # Of a linkage's journal the eccentricity, which is its clearance where it touches.
     axes = [gap, f"{gap[:-1]}y"] if channel.group == "contacts" and gap.endswith(".x") else [gap]
     if gap in runs.base.names and (len(axes) > 1 or gap.endswith("_gap")):
-        errors: list[Array | None] = [near] if near is not None and len(axes) == 1 else []
-        errors = errors or [model_uncertainty(runs, axis, period, ensemble, every, learnt) for axis in axes]
+        if near is None or len(axes) > 1:
+            parts = [model_uncertainty(runs, axis, period, ensemble, every, learnt) for axis in axes]
+            near = np.hypot.reduce([part for part in parts if part is not None])
         closed = 0.0 if len(axes) == 1 else runs.base.known[gap].given
         open_ = np.abs(np.hypot.reduce([values(runs.base, axis) for axis in axes]) - closed)
-        touching = (base == 0.0) & (
-            open_ <= np.hypot.reduce([error for error in errors if error is not None])
-        )
+        touching = (base == 0.0) & (open_ <= near)
         u = np.where(touching, np.maximum(u, so_far(np.abs(base), learnt)), u)
     return u
 

@@ -3,19 +3,15 @@
 The name, title and command line of a changed scene follow from its overrides.
 """
 
-import ast
 import hashlib
-import inspect
 import json
 import re
 import shlex
-import sys
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
-from itertools import pairwise
 from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 import numpy as np
@@ -23,7 +19,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from comparison.scene.linkage import LinkageKeys
-from comparison.scene.schema import MATERIALS, NAME, PARTNERS, SceneKeys, Section, Source, Unit
+from comparison.scene.schema import MATERIALS, NAME, PARTNERS, SceneKeys, Source, Unit
 
 _ALIKE = 0.82
 """Ratio of `difflib` from which one name may be a typing error of another."""
@@ -67,27 +63,7 @@ def _below(section: type[BaseModel], defaults: Mapping[str, Any], above: str, un
             sources = [note.text for note in notes if isinstance(note, Source)] or ["chosen"]
             source = "" if default is None else sources[0]
             rule = _bounds(notes)
-            yield Key(f"{above}{name}", own_unit, rule, default, source, _description(section, name))
-
-
-def _description(section: type[BaseModel], key: str) -> str:
-    """Return the string below a key; pydantic would read it from the source in every process."""
-    names = [(each.__module__, each.__name__) for each in section.__mro__ if issubclass(each, Section)]
-    texts = (_descriptions(module).get((name, key), "") for module, name in names)
-    return next(filter(None, texts), "")
-
-
-@cache
-def _descriptions(module: str) -> dict[tuple[str, str], str]:
-    """Return the strings below the attributes of a module's classes, by class and attribute."""
-    tree = ast.parse(inspect.getsource(sys.modules[module]))
-    texts = {}
-    for place in (node for node in tree.body if isinstance(node, ast.ClassDef)):
-        for pair in pairwise(place.body):
-            match pair:
-                case ast.AnnAssign(target=ast.Name(id=key)), ast.Expr(value=ast.Constant(value=str(text))):
-                    texts[place.name, key] = inspect.cleandoc(text)
-    return texts
+            yield Key(f"{above}{name}", own_unit, rule, default, source, field.description or "")
 
 
 def _bounds(notes: list[Any]) -> str:

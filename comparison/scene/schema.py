@@ -71,7 +71,7 @@ IDENTIFIED = Source("identified")  # from figures that the paper prints
 class Section(BaseModel):
     """Section of the scene file; unknown keys are rejected."""
 
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, use_attribute_docstrings=True)
 
     @model_validator(mode="after")
     def _check_rules(self) -> Self:

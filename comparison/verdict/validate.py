@@ -150,7 +150,7 @@ def validate(
         if result is None:
             result = case.validate(*({which: next(outcomes) for which in jobs} for jobs in case.jobs))
             reliability = result.comparison.reliability
-            # What failed but for a status of the model's own may succeed the next time.
+            # A run that left no table may succeed the next time.
             if not (result.comparison.error or failed or (reliability and reliability.missing)):
                 keep(key, result)
         if case.tier == "tight":

@@ -133,7 +133,7 @@ class March:
                 contact.watch(*gap)
             return [gap[0] * (1 if c.impact else -1) for c, gap in zip(self.contacts, gaps, strict=True)]
 
-        # What just switched starts at zero but for rounding.
+        # A margin that has just switched starts at zero, up to rounding.
         for (start, early), (end, late) in pairwise((t, depths(t)) for t in [dense.t_old, *at]):
             zeros = []
             for k, (a, b) in enumerate(zip(early, late, strict=True)):
@@ -248,7 +248,7 @@ class Bodies:
         return np.array(value), rows, np.array(change), np.array(bias)
 
     def assemble(self):
-        """Return pose and velocity at the start: ideal joints but for the offsets of loose ones."""
+        """Return pose and velocity at the start: ideal joints, loose ones off by their offsets."""
         scene, n, offsets, keys = self.scene, len(self.mass), [], ("x", "y", "angle_deg", "vx", "vy", "omega")
         for name in self.tight:
             row, pair = scene["clearance"].get(name), np.zeros((2, 2))

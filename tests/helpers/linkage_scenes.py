@@ -44,6 +44,16 @@ def pins(*joints):
     }
 
 
+DOUBLE_FOUR_BAR = (
+    ((0.0, 0.0), "left.start"),
+    ("left.end", "top1.start"),
+    ((1.0, 0.0), "middle.start"),
+    ("top1.end", "middle.end"),
+    ("middle.end", "top2.start"),
+    ((2.0, 0.0), "right.start"),
+    ("top2.end", "right.end"),
+)
+"""Pins of the IFToMM's A02."""
 CONTACT = {
     "law": "hertz-corners",
     "youngs_modulus": 2.1e11,

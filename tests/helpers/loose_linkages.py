@@ -38,7 +38,7 @@ def scene(kind, i):
 
 
 def shorten(drawn, end, samples=40):
-    """Return a scene that ends there but for a divisor of its turn."""
+    """Return a scene that ends near there, at a divisor of its turn."""
     drawn = copy.deepcopy(drawn)
     if "speed_rpm" in drawn["drive"]:
         per_cycle = max(2, round(60 / abs(drawn["drive"]["speed_rpm"]) / end * samples))

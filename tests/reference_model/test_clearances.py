@@ -4,7 +4,18 @@ import math
 
 import numpy as np
 import pytest
-from linkage_scenes import ALL, NAMES, linkage, loose_guide, loose_pin, pins, press, rod, slider_crank
+from linkage_scenes import (
+    ALL,
+    DOUBLE_FOUR_BAR,
+    NAMES,
+    linkage,
+    loose_guide,
+    loose_pin,
+    pins,
+    press,
+    rod,
+    slider_crank,
+)
 
 from comparison.scene import load_scene
 from reference_model import simulate
@@ -214,16 +225,7 @@ def test_a_joint_of_two_free_bodies_conserves_both_momenta(joint):
 def test_a_singular_position_ends_a_run_with_contacts():
     """The double four-bar of the IFToMM, and a loose pendulum beside it."""
     upright = {"angle_deg": 90.0}
-    joined = pins(
-        ((0.0, 0.0), "left.start"),
-        ("left.end", "top1.start"),
-        ((1.0, 0.0), "middle.start"),
-        ("top1.end", "middle.end"),
-        ("middle.end", "top2.start"),
-        ((2.0, 0.0), "right.start"),
-        ("top2.end", "right.end"),
-        ((3.0, 0.0), "bob.start"),
-    )
+    joined = pins(*DOUBLE_FOUR_BAR, ((3.0, 0.0), "bob.start"))
     scene = linkage(
         {name: rod() for name in ("left", "top1", "middle", "top2", "right", "bob")},
         pin=joined,

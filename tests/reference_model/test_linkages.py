@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from linkage_scenes import G, linkage, pins, rod
+from linkage_scenes import DOUBLE_FOUR_BAR, G, linkage, pins, rod
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 
@@ -71,15 +71,7 @@ def test_squeezer_ends_as_published(tolerance, bound):
 def double_four_bar(tolerance, duration=10.0):
     """IFToMM's A02: five rods of 1 m, the tip of the first starts at 1 m/s."""
     names = ("left", "top1", "middle", "top2", "right")
-    joined = pins(
-        ((0.0, 0.0), "left.start"),
-        ("left.end", "top1.start"),
-        ((1.0, 0.0), "middle.start"),
-        ("top1.end", "middle.end"),
-        ("middle.end", "top2.start"),
-        ((2.0, 0.0), "right.start"),
-        ("top2.end", "right.end"),
-    )
+    joined = pins(*DOUBLE_FOUR_BAR)
     upright = {"angle_deg": 90.0}
     return linkage(
         {name: rod() for name in names},
