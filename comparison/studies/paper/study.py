@@ -71,8 +71,9 @@ def page(results: Results) -> Mapping[str, object]:
     entries, instants = results.entries, results.instants
     predicted = entries[entries["use"] == Use.PREDICTION]
     judged = results.judged[results.judged["id"].isin(predicted.index)]
+    early = judged["later"] < judged["id"].map(predicted["printed_size"])  # by the first cycle alone
+    apart = ~(early | judged["id"].map(predicted["scene"] == ledger.POISSON))
     by_hypothesis = [(name, judged[judged["hypothesis"] == name]) for name in HYPOTHESES]
-    twins = predicted.index[predicted["scene"] == ledger.POISSON]
     statements = results.statements.drop_duplicates("id")
     shown = results.statements.query("model not in ('', @MODELS[1]) and not decides")
     said = statements["verdict"] + (": " + statements["reason"]).where(statements["reason"] != "", "")
@@ -82,12 +83,12 @@ def page(results: Results) -> Mapping[str, object]:
     places = ["hypothesis", "reach", "scene", "quantity"]
     ways = peaks.groupby(places)[["at", "sign"]].transform("nunique")
     peaks = peaks[(ways == 1).all(axis=1)].drop_duplicates(places)  # printed in two ways counts for neither
-    slow = (peaks["quantity"] == "peak_displacement_error") | (peaks["scene"] == runs.PIN)
-    some = {f"within {100 * each:g} % of a cycle": peaks["reach"] == each for each in REACHES}
-    usual = peaks["reach"] == REACH
-    some["less poisson-0.33, a near copy"] = usual & (peaks["scene"] != ledger.POISSON)
-    some["velocities and accelerations of the slider"] = usual & ~slow
-    timed = {name: _agreeing(peaks[kept]) for name, kept in some.items()}
+    near = {f"within {100 * each:g} % of a cycle": peaks["reach"] == each for each in REACHES}
+    pin, fast = peaks["scene"] == runs.PIN, peaks["quantity"] != "peak_displacement_error"
+    some = {"": ~pin | pin, "velocities and accelerations, ": fast}
+    some["velocities and accelerations, less those with clearance at the crank pin, "] = fast & ~pin
+    some["less poisson-0.33, a near copy, "] = peaks["scene"] != ledger.POISSON
+    timed = {part + name: _agreeing(peaks[a & b]) for part, a in some.items() for name, b in near.items()}
     fitted = entries.index[(entries["use"] == Use.CALIBRATION) & entries["quantity"].str.startswith("min_")]
     missed = results.judged[results.judged["id"].isin(fitted) & (results.judged["size"] == Size.OUTSIDE)]
     angles = instants[instants["id"].isin(fitted)].drop_duplicates("id").set_index("id")["at"]
@@ -95,12 +96,12 @@ def page(results: Results) -> Mapping[str, object]:
     units = {name: unit_of(name) for name in QUANTITIES}
     by_chance = {model: ledger.matches_by_chance(list(angles), list(ours[model])) for model in MODELS}
     ratio = predicted[MODELS[0]].abs() / predicted["printed_size"]
+    by_default = results.runs.solver.groupby("default")
     return {
         "entries": entries,
         "uses": {str(use): int((entries["use"] == use).sum()) for use in Use},
-        "seen": int((predicted["sight"] != "").sum()),
         "hypotheses": {name: _counts(rows, entries) for name, rows in by_hypothesis},
-        "once": {name: _counts(rows[~rows["id"].isin(twins)], entries) for name, rows in by_hypothesis},
+        "apart": {name: _counts(rows[apart[rows.index]], entries) for name, rows in by_hypothesis},
         "fitted": len(fitted),
         "missed": {name: int((missed["hypothesis"] == name).sum()) for name in HYPOTHESES},
         "factors": FACTORS,
@@ -118,8 +119,9 @@ def page(results: Results) -> Mapping[str, object]:
         "angles_met": {model: int((each == angles).sum()) for model, each in ours.items()},
         "angles_chance": {model: number(each[0], 2) for model, each in by_chance.items()},
         "angles_likely": {model: share(each[1]) for model, each in by_chance.items()},
-        "settings": _by_setting(predicted, judged, results.runs.solver),
+        "settings": {default: _by_setting(predicted, judged, own) for default, own in by_default},
         "equal": _equal_pairs(results.runs.solver),
+        "ours": " and ".join(quantity(abs(predicted.at[each, MODELS[0]]), "m", 4) for each in POISSON_PAIR),
         "solver": _solver(results.runs.solver),
         "forms": _forms(results.tried),
         "left_out": results.tried[results.tried["why"] != ""].drop_duplicates(["variant", "why"]),
@@ -168,9 +170,9 @@ def _agreeing(peaks: pd.DataFrame) -> dict[str, dict[str, str]]:
 def _by_setting(predicted: pd.DataFrame, judged: pd.DataFrame, solver: pd.DataFrame) -> dict[Any, Any]:
     """Return the least and most predictions inside with u_D of one tolerance and gain, and by chance."""
     exact, printed = predicted[MODELS[0]].abs(), judged["id"].map(predicted["printed_size"])
-    runs = solver[solver["default"] & (solver["gain"] > BARE)].dropna(subset=["value"])
+    runs = solver[solver["gain"] > BARE].dropna(subset=["value"])
     counts = []
-    for _, own in runs.groupby(["relative", "gain"]):
+    for _, own in runs.assign(default=True).groupby(["relative", "absolute", "gain"]):
         known = numerics.u_d(own, {str(name): size for name, size in exact.items()})
         off, middle = (judged["id"].map(known) * judged["id"].map(exact)).fillna(0.0), judged["middle"]
         low = middle - np.hypot(middle - judged["low_without"], off)
@@ -188,8 +190,6 @@ def _counts(judged: pd.DataFrame, entries: pd.DataFrame) -> dict[str, Any]:
     inside, counts = judged["size"].isin([Size.INSIDE, Size.WIDE]), {"of": len(judged)}
     counts |= {str(size): int((judged["size"] == size).sum()) for size in Size}
     counts |= {"held": int(inside.sum())} | {key: int(judged[key].sum()) for key in ("without", "likely")}
-    started = judged["later"] < judged["id"].map(entries["printed_size"])  # by the first cycle alone
-    counts["settled"] = int((judged["without"] & ~started).sum())
     counts |= {"certain": int((inside & (judged["chance"] == 1.0)).sum())}
     random: dict[str, dict[float, str]] = {}
     for key, end in (("held", ""), ("without", "_without")):
