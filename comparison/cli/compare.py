@@ -270,6 +270,7 @@ class Validation:
     until: console.Until = None
     allow_indeterminate: console.AllowIndeterminate = False
     quick: console.Quick = False
+    since: console.Since = None
     verbose: console.Verbose = False
     quiet: console.Quiet = False
     json: console.AsJson = False

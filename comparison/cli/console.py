@@ -347,6 +347,9 @@ AllowIndeterminate = Annotated[
 ]
 Jobs = Annotated[int | None, option("N", "Number of parallel runs; one per processor by default.", min=1)]
 OutFolder = Annotated[Path | None, option("FOLDER", "Folder of the report; below reports/out by default.")]
+Since = Annotated[
+    Path | None, option("FOLDER", "An earlier report of these scenes: state what has moved since.")
+]
 Verbose = Annotated[bool, option(None, "Also print the reason of every verdict.", "--verbose", "-v")]
 Quick = Annotated[
     bool, option(None, f"Standard tier only; of the shipped scenes only the main one, {MAIN}.", "--quick")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from glob import escape
 from importlib import import_module
 from math import isfinite
@@ -46,6 +47,7 @@ from comparison.verdict.validate import Pair, Validation, pairs, standing
 from comparison.words import verdicts as words
 from comparison.words.differences import lead
 from comparison.words.record import Case, as_mapping, of_comparisons
+from comparison.words.since import Since, compare_reports, earlier_report, rows, sentences
 from comparison.words.verdicts import ratio_name
 
 if TYPE_CHECKING:
@@ -59,6 +61,8 @@ def validate_pair(options: Options, models: Pair, out: Path | None) -> tuple[int
     _check(scenes, models, options.accuracy)
     usual = scenes[0].name if len(scenes) == 1 else name_with("validate", options.changes)
     folder, command = check_folder(out or console.REPORTS / usual), options.command(models)
+    named = [scene.name for scene in scenes]
+    earlier = None if options.since is None else earlier_report(options.since, named)
     title = scenes[0].name if len(scenes) == 1 else f"{len(scenes)} scenes"
     Thread(target=import_module, args=("comparison.report.page",), daemon=True).start()  # while they run
     with progress(title, quiet=options.quiet) as report:
@@ -78,16 +82,10 @@ def validate_pair(options: Options, models: Pair, out: Path | None) -> tuple[int
     failed = [tier for one in comparisons if options.quiet for tier in one.tiers if tier.error]
     say_wrapped(*(f"{tier.name}: {tier.error}" for tier in failed), err=options.json)
     say_wrapped(*sentences, err=options.json)
-    summary: dict[str, Any] = plain(
-        {
-            "command": command,
-            "exit_code": code,
-            "not_compared": missing,
-            "scenes": [as_mapping(comparison) for comparison in comparisons],
-        }
-    )
     with console.uninterrupted():
-        page, kept = write_validation(results, folder, summary)
+        summary = summary_of(comparisons, command, code, missing)
+        moves = say_since(earlier, summary, err=options.json)
+        page, kept = write_validation(results, folder, summary, since=moves)
         say_wrapped(*kept, err=options.json)
         say(str(page), err=options.json)
     warn([f"scene {scene.name!r}: {warning}" for scene in compared for warning in scene.warnings])
@@ -170,7 +168,8 @@ def validate_pairs(options: Options, models: Sequence[str], folder: Path) -> tup
     codes, results = [], {}
     for pair in pairs(models):
         say(f"{pair[0]} and {pair[1]}:", err=options.json)
-        code, summary = validate_pair(options, pair, folder / "-".join(pair))
+        before = options.since and options.since / "-".join(pair)
+        code, summary = validate_pair(replace(options, since=before), pair, folder / "-".join(pair))
         if code == INTERRUPTED:
             return INTERRUPTED, {}
         codes.append(code)
@@ -203,6 +202,28 @@ def validate_pairs(options: Options, models: Sequence[str], folder: Path) -> tup
 
 
 # ---- lines and files
+
+
+def summary_of(
+    comparisons: Sequence[SceneComparison], command: str, code: int, missing: Sequence[str] = ()
+) -> dict[str, Any]:
+    """Return all results without curves, for ``summary.json``."""
+    from comparison.report.page import origin
+
+    scenes = [as_mapping(comparison) for comparison in comparisons]
+    head = {"command": command, "made": origin(), "exit_code": code, "not_compared": missing}
+    return dict(plain(head | {"scenes": scenes}))
+
+
+def say_since(earlier: Mapping[str, Any] | None, summary: Mapping[str, Any], *, err: bool) -> Since | None:
+    """Print what has moved since an earlier report, if there is one, and return it."""
+    if earlier is None:
+        return None
+    result = compare_reports(earlier, summary)
+    lines = rows(result)
+    say_wrapped(*sentences(result), err=err)
+    say(*(columns(lines) if len(lines) > 1 else ()), err=err)
+    return result
 
 
 def verdict_lines(comparisons: Sequence[SceneComparison], *, verbose: bool = False) -> list[str]:
@@ -274,6 +295,7 @@ def write_page(
     command: str,
     missing: Sequence[str] = (),
     title: str = "",
+    since: Since | None = None,
 ) -> Path:
     """Write the report of scenes into a folder and return its path; its title says how many are missing."""
     from comparison.report.page import write_report
@@ -282,11 +304,16 @@ def write_page(
     title = title or (comparisons[0].title if total == 1 else "Cross-validation of the two models")
     if missing:
         title += f" (incomplete: {len(comparisons)} of {total} scenes)"
-    return write_report(comparisons, folder / "report.html", title=title, command=command, missing=missing)
+    how: dict[str, Any] = {"title": title, "command": command, "missing": missing, "since": since}
+    return write_report(comparisons, folder / "report.html", **how)
 
 
 def write_validation(
-    results: Sequence[Validation], folder: Path, summary: Mapping[str, Any], verb: str = "validate"
+    results: Sequence[Validation],
+    folder: Path,
+    summary: Mapping[str, Any],
+    verb: str = "validate",
+    since: Since | None = None,
 ) -> tuple[Path, list[str]]:
     """Write the report with its tables and summaries; return its path, and lines on partial results.
 
@@ -295,7 +322,7 @@ def write_validation(
     comparisons = [result.comparison for result in results]
     missing, command, kept = summary["not_compared"], summary["command"], []
     with replacing_in(folder) as part:
-        page = write_page(comparisons, part, command, missing)
+        page = write_page(comparisons, part, command, missing, since=since)
         for result in results:
             name = result.comparison.name
             for model, run in result.runs.items():

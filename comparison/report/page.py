@@ -11,7 +11,7 @@ from cmath import rect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
-from functools import partial
+from functools import cache, partial
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from itertools import count
@@ -41,6 +41,7 @@ from comparison.words import differences, verdicts
 from comparison.words.differences import lead
 from comparison.words.record import check_message, gate_counts, gate_notes, gate_summary, moved_first, of_gate
 from comparison.words.reliability import notes
+from comparison.words.since import Since, sentences
 from comparison.words.verdicts import SYMBOLS, standing
 
 # ---- common parts of all pages: jinja's settings, style sheet, script and origin
@@ -82,6 +83,7 @@ def origin() -> dict[str, str]:
     return {"time": time, "code": code_version(Path(__file__)), "machine": platform_name()}
 
 
+@cache
 def code_version(file: Path) -> str:
     """Return version and, where this file is tracked in a checkout, the commit; "modified" if it differs."""
     try:
@@ -280,11 +282,13 @@ def render(
     title: str,
     command: str,
     missing: Sequence[str] = (),
+    since: Since | None = None,
     origin: Mapping[str, str] | None = None,
 ) -> str:
     """Return the page of scenes, which ``command`` reproduces; equal arguments give identical text.
 
     ``missing`` are the names of scenes that were to be compared and were not: the page is incomplete.
+    ``since`` is what has moved since an earlier report.
     """
     # Equally severe scenes stay in their order.
     scenes = sorted(comparisons, key=lambda scene: -rank(scene.worst_verdict))
@@ -317,6 +321,8 @@ def render(
         keys=keys,
         cells=cells,
         missing=missing,
+        since=since,
+        since_sentences=sentences,
         incomplete=verdicts.incomplete(comparisons, missing),
         failing=[cell for cell in cells if rank(cell[1].verdict) > rank("agree")],
         worst=max(figures, key=severity, default=None),
@@ -365,9 +371,11 @@ def write_report(
     title: str,
     command: str,
     missing: Sequence[str] = (),
+    since: Since | None = None,
 ) -> Path:
     """Write the page that `render` returns, with its origin; return its path."""
-    html = render(comparisons, title=title, command=command, missing=missing, origin=origin())
+    how: dict[str, Any] = {"title": title, "command": command, "missing": missing, "since": since}
+    html = render(comparisons, **how, origin=origin())
     write_text(html, path)
     return path
 
@@ -377,7 +385,7 @@ def anchors(names: Sequence[str]) -> list[str]:
 
     Parts of a section have two hyphens in their ids, which none of these has.
     """
-    given, ids = {"overview", "definition", "scope", "reproduce", "all-channels"}, []
+    given, ids = {"overview", "since", "definition", "scope", "reproduce", "all-channels"}, []
     for name in names:
         plain = re.sub(r"[^A-Za-z0-9_.+=]+", "-", name).strip("-") or "scene"
         numbered = (f"{plain}-{n}" if n > 1 else plain for n in count(1))

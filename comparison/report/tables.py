@@ -9,13 +9,14 @@ from markupsafe import Markup
 
 from comparison.formatting import MISSING, NO_BREAK, number, percent, pretty_unit, quantity
 from comparison.metrics import SITUATIONS, touched
-from comparison.reliability.assessment import Difference
+from comparison.reliability.assessment import ROUNDING, Difference
 from comparison.reliability.errors import unit_of
 from comparison.report.svg import spans
 from comparison.scene.keys import flat
 from comparison.tables.channels import CONTACTS
 from comparison.verdict.results import ChannelComparison, SceneComparison
 from comparison.words.reliability import rounded
+from comparison.words.since import Since, moved
 from comparison.words.verdicts import SYMBOLS, until
 
 Cells = list[tuple[str, str, str]]
@@ -88,6 +89,19 @@ def channel_table(scene: SceneComparison) -> Table | None:
         rows[name] = cells
         titles[name] = f"{channel.label} ({pretty_unit(channel.unit)})".removesuffix(" ()")
     return _table("Channel", rows, titles)
+
+
+def since_table(since: Since) -> Table | None:
+    """Return a row for each scene, tier and channel that has moved since an earlier report."""
+    headings = ("Verdict", "|E|/limit", "Predictable")
+    rows: dict[str, Cells] = {
+        ", ".join(filter(None, move[:3])): [
+            (heading, "", moved(before, now))
+            for heading, before, now in zip(headings, move.before, move.now, strict=True)
+        ]
+        for move in since.moves
+    }
+    return _table("Scene, tier, channel", rows)
 
 
 def _strip(channel: ChannelComparison) -> Markup:
@@ -230,11 +244,13 @@ def _curves(difference: Difference) -> Markup:
     """Return a cell with both models' reliability over the crank cycle, the cap at the top."""
     curves = {"first": difference.a.reliability, "second": difference.b.reliability}
     low = min(float(curve.min()) for curve in curves.values())
-    span = max(difference.a.cap, *(float(curve.max()) for curve in curves.values())) - low or 1.0
+    highest = max(difference.a.cap, *(float(curve.max()) for curve in curves.values()))
+    span = max(highest - low, 10 * ROUNDING)  # nothing can be concluded from less
     paths = []
     for model, curve in curves.items():
-        places = 1000 * np.arange(curve.size) / max(1, curve.size - 1)
-        heights = 9.5 - 9 * (curve - low) / span
+        curve = curve.repeat(2) if curve.size == 1 else curve  # a run that is within one interval
+        places = 1000 * np.arange(curve.size) / (curve.size - 1)
+        heights = 0.5 + 9 * (highest - curve) / span
         path = "M" + "L".join(f"{x:.0f} {y:.1f}" for x, y in zip(places, heights, strict=True))
         paths.append(Markup('<path class="{}" d="{}"/>').format(model, path))
     attributes = 'class="curves" viewBox="0 0 1000 10" preserveAspectRatio="none" aria-hidden="true"'

@@ -74,6 +74,7 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
             for one, text in zip(comparison.causes, causes(comparison), strict=True)
         ],
         "exit_code": comparison.exit_code,
+        "coverage": comparison.coverage,
         "until": comparison.until,
         "demanded_until": comparison.demand,
         "window": comparison.window,

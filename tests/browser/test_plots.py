@@ -1,5 +1,7 @@
 """The interactive plots: zoom, shared cursor, channels, impacts, moving schematic; by mouse and by key."""
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from comparison.tables.channels import CORNERS
@@ -218,6 +220,53 @@ def test_channels_tier_and_ratio_can_be_chosen(show):
     page.wait_for_timeout(300)
     assert state(page)["tier"] == "tight"
     assert "slider_vx" in state(page)["shown"]
+
+
+def test_a_link_opens_tier_channels_and_range_and_follows_them(show):
+    page = show(anchor="#underestimated")
+    # From another scene, as a click on a link does it; of what is not there the usual is shown.
+    page.evaluate("location.hash = '#press/tight/slider_vx,gone/0.1230-0.1400'")
+    page.locator(f"{PLOTS} canvas").first.wait_for()
+    page.wait_for_timeout(1000)  # the plots of what is above get their heights
+    linked = state(page)
+    assert (linked["tier"], linked["shown"]) == ("tight", ["slider_vx"])
+    assert all(each == pytest.approx([0.123, 0.14]) for each in linked["ranges"])
+    assert page.locator(f"{PLOTS} .legend b").all_inner_texts() == ["slider velocity x"]
+    title, bar = (page.locator(name).bounding_box() for name in (f"{PLOTS} h3", ".contents"))
+    assert bar["y"] + bar["height"] <= title["y"] + 1 < 300
+    page.locator(f"{PLOTS} .picker input[name=slider_x]").check()
+    page.locator(f"{PLOTS} .bar").get_by_text("standard", exact=True).click()
+    address = "#press/standard/slider_x,slider_vx/0.12300-0.14000"
+    page.wait_for_function("address => location.hash === address", arg=address)
+    link = page.locator(f"{PLOTS} .bar a")
+    assert link.get_attribute("href") == address
+    # The address of one page opens the same view of another.
+    again = show(anchor=address)
+    again.locator(f"{PLOTS} canvas").first.wait_for()
+    for key in ("tier", "range"):
+        assert state(again)[key] == state(page)[key]
+    assert sorted(state(again)["shown"]) == ["slider_vx", "slider_x"]
+    press(page, "0")
+    assert link.get_attribute("href") == "#press/standard/slider_x,slider_vx"
+
+
+def test_the_shown_curves_are_written_as_csv(show, comparisons):
+    page, channel = show(anchor="#press/tight/slider_x"), comparisons[0].tight.channels["slider_x"]
+    page.locator(f"{PLOTS} canvas").first.wait_for()
+    with page.expect_download() as download:
+        page.locator(f"{PLOTS} .legend").get_by_role("button", name="slider x as CSV").click()
+    assert download.value.suggested_filename == "press-tight-slider_x.csv"
+    table = pd.read_csv(download.value.path())
+    first, second = (f"{label} x - guide [m]" for label in ("reference", "exudyn"))
+    assert list(table) == ["time [s]", first, second, "reference - exudyn [m]", "2 u [m]", "judged [1]"]
+    assert table["time [s]"].to_numpy() == pytest.approx(channel.time)
+    step, zero = np.ptp(channel.a) / 65534, comparisons[0].scene["mechanism"]["guide_x"]
+    assert table[first].to_numpy() == pytest.approx(channel.a - zero, abs=0.51 * step)
+    assert table["reference - exudyn [m]"].to_numpy() == pytest.approx(
+        channel.difference, rel=0.012, abs=1e-30
+    )
+    assert table["2 u [m]"].to_numpy() == pytest.approx(channel.threshold, rel=0.012)
+    assert (table["judged [1]"] == channel.predictable).all()
 
 
 def test_the_schematic_moves_with_the_cursor_and_plays_forward_from_an_impact_to_the_end(show, comparisons):

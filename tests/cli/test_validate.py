@@ -101,6 +101,32 @@ def test_a_difference_is_confirmed_and_stands_everywhere_in_one_sentence(report)
     assert scene["channels"]["slider_x"]["outside"] > 0
 
 
+def test_what_has_moved_since_an_earlier_report_is_named(sixbar):
+    since = ["--since", "v"]
+    sixbar.refused(["validate", sixbar.press("one"), *PAIR, *since], "v: No such file")
+    sixbar("validate", sixbar.press("one"), *PAIR)
+    assert "nothing has moved" in sixbar("validate", "one.toml", *PAIR, *since).out
+    made = sixbar.json("v/summary.json")["made"]["time"]
+    path, new = (
+        sixbar.press("one", "[friction]\ncoefficient = 0.12\n", beta='does = "differ"'),
+        sixbar.press("two"),
+    )
+    ended = sixbar("validate", path, new, *PAIR, *since, "--json", code=1)
+    assert f"Since v/summary.json, {made}" in ended.err
+    assert "friction.coefficient 0.15, now 0.12" in ended.err
+    assert "Not in the earlier report: two." in ended.err
+    page = sixbar.text("v/report.html").partition('id="since"')[2]
+    for text in (ended.err, page):
+        assert "agree → differ" in text
+    # Each channel that differs now, with its number then and now.
+    first, _, second = f"{sixbar.numbers['scenes'][0]['channels']['slider_x']['ratio']:.1e}"[:3]
+    cells = rf"<td>agree → differ</td><td>[\d.]+ → {first}\.?{second}"
+    assert re.search(f"one, standard, slider_x</th>{cells}", page)
+    sixbar.refused(["validate", sixbar.press("three"), *PAIR, *since], "v/summary.json", "no scene 'three'")
+    sixbar.write("v/summary.json", '{"scenes": [1]}')
+    sixbar.refused(["validate", path, *PAIR, *since], "v/summary.json", "not the results of a report")
+
+
 @pytest.mark.parametrize("does", REASONS)
 def test_a_scene_that_fails_leaves_the_others_compared_and_reported(does, report):
     sixbar, ended = report

@@ -77,7 +77,8 @@ function unpack(head) {
     const [lowest, step] = c.grid, first = sums(sums(c.steps)).map(k => (lowest + k) * step);
     const apart = [first.map(() => 0), ...c.apart.map(octaves)], limit = c.limit && octaves(c.limit);
     c.values = apart.map((e, k) => k ? first.map((v, i) => v - e[i]) : first);
-    c.sizes = head.pairs.map(([a, b]) => apart[b].map((e, i) => Math.abs(e - apart[a][i])));
+    c.differences = head.pairs.map(([a, b]) => apart[b].map((e, i) => e - apart[a][i]));
+    c.sizes = c.differences.map(e => e.map(Math.abs));
     c.threshold = Boolean(limit);
     c.within = limit && limit.map(Math.abs);
     c.judged = first.map((_, i) => !limit || limit[i] >= 0);
@@ -89,6 +90,16 @@ function unpack(head) {
     return {corner, place, start, end: start + last, most: peak, t: t.map(v => start + v / 255 * last), n: n.map(v => v / 255 * peak)};
   }));
   return head;
+}
+
+// The drawn curves of a channel as CSV, a unit in every heading.
+function table(data, c) {
+  const {labels, pairs, t} = data, quoted = text => /[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+  const curve = `${c.guide ? "x - guide" : c.name} [${c.unit || "1"}]`, digits = (values, n) => values.map(v => +v.toPrecision(n));
+  const columns = [["time [s]", digits(t, 12)], ...labels.map((label, k) => [`${label} ${curve}`, digits(c.values[k], 9)])];
+  pairs.forEach(([a, b], n) => columns.push([`${labels[a]} - ${labels[b]} [${c.unit || "1"}]`, digits(c.differences[n], 4)]));
+  if (c.threshold) columns.push([`${data.threshold} [${c.unit || "1"}]`, digits(c.within, 4)], ["judged [1]", c.judged.map(Number)]);
+  return [columns.map(([heading]) => quoted(heading)), ...t.map((_, i) => columns.map(([, values]) => values[i]))].join("\n") + "\n";
 }
 
 // ---- one plot
@@ -256,6 +267,7 @@ class Viewer {
   constructor(root) {
     this.root = root;
     this.key = root.id;
+    this.scene = root.id.replace(/--plots$/, "");
     this.blocks = new Map([...root.querySelectorAll("script[data-tier]")].map(s => [s.dataset.tier, s]));
     this.tiers = new Map();
     this.plots = [];
@@ -266,7 +278,9 @@ class Viewer {
   }
 
   async open(tier) {
+    this.wanted = tier;
     if (!this.tiers.has(tier)) this.tiers.set(tier, unpack(await inflate(this.blocks.get(tier).textContent)));
+    if (this.wanted !== tier) return;
     this.data = this.tiers.get(tier);
     this.tier = tier;
     this.whole = [this.data.t[0], this.data.t[this.data.t.length - 1]];
@@ -276,6 +290,20 @@ class Viewer {
     if (!this.shown.size) this.shown = new Set(this.data.first);
     this.controls();
     this.draw();
+  }
+
+  // Puts tier, channels and range into the link, and into the page's address once one of them has been changed.
+  link() {
+    const [low, high] = this.range, digits = Math.max(0, 3 - Math.floor(Math.log10(high - low)));
+    const names = this.data.channels.map(c => c.name).filter(name => this.shown.has(name));
+    const parts = [this.scene, this.tier, names.map(encodeURIComponent).join(",")];
+    if (high - low < 0.999999 * (this.whole[1] - this.whole[0])) parts.push(`${low.toFixed(digits)}-${high.toFixed(digits)}`);
+    const link = this.anchor.href = `#${parts.join("/")}`;
+    if (this.linked && this.linked !== link) {
+      clearTimeout(renaming);
+      renaming = setTimeout(() => history.replaceState(null, "", link), 300);
+    }
+    this.linked = link;
   }
 
   controls() {
@@ -303,7 +331,8 @@ class Viewer {
     const speeds = [["range in 10 s", 0], ["real time", 1], ...[2, 5, 10, 50, 200].map(n => [`1/${n}`, 1 / n])];
     const speed = element("select", {ariaLabel: "Speed of the motion", onchange: event => { this.speed = Number(event.target.value); }},
       ...speeds.map(([text, value]) => element("option", {value, selected: value === this.speed}, text)));
-    bar.append(group("", this.play, this.slider, speed));
+    this.anchor = element("a", {title: "Link to this tier, these channels and this range; the address of the page follows them"}, "Link to this view");
+    bar.append(group("", this.play, this.slider, speed), this.anchor);
     const picker = element("details", {className: "picker", open: innerWidth > 700}, element("summary", {}, "Channels"), ...data.channels.map(c =>
       chip("checkbox", c.name, `${SIGNS[c.verdict] || (c.verdict && "!")} ${c.name}`.trim(), this.shown.has(c.name), event => {
         if (event.target.checked) this.shown.add(c.name); else this.shown.delete(c.name);
@@ -337,6 +366,7 @@ class Viewer {
       parts.push(`Contacts drawn at the models' own steps between samples: ${counts.join(", ")}; of the others the peak alone.`);
     }
     if (t.length < of) parts.push(`Of ${of} samples ${t.length} are kept, with all envelopes.`);
+    parts.push("CSV: the samples of this page, values to 1/65,534 of their range, differences and thresholds to 1.1 %.");
     return parts.join(" ");
   }
 
@@ -352,13 +382,23 @@ class Viewer {
       if (pairs.length > 1) pairs.forEach(([a, b], n) => keys.push(element("span", {className: `key series-${n + 1}`}, `${labels[a]} − ${labels[b]}`)));
       const boxes = [element("div"), element("div")];
       const figure = element("figure", {ariaLabel: `${c.label} over time, of ${labels.join(", ")}, and their difference.${c.verdict && ` Verdict ${c.verdict}.`}`},
-        element("p", {className: "legend"}, element("b", {}, c.label), ...keys), ...boxes);
+        element("p", {className: "legend"}, element("b", {}, c.label), ...keys, this.download(c)), ...boxes);
       this.figures.set(c.name, figure);
       this.area.append(figure);
       const made = [modelsPlot(this, c, this.width), ...(pairs.length ? [differencePlot(this, c, this.width)] : [])];
       made.forEach((plot, n) => this.plots.push(new uPlot(...plot, boxes[n])));
     }
     this.at(this.index);
+    this.link();
+  }
+
+  download(c) {
+    const name = `${[this.scene, this.tier, c.name].filter(Boolean).join("-")}.csv`;
+    return element("button", {type: "button", title: `These curves as ${name}`, ariaLabel: `${c.label} as CSV`, onclick: () => {
+      const address = URL.createObjectURL(new Blob([table(this.data, c)], {type: "text/csv"}));
+      element("a", {href: address, download: name}).click();
+      setTimeout(() => URL.revokeObjectURL(address), 1000);
+    }}, "CSV");
   }
 
   zoom(low, high) {
@@ -366,6 +406,7 @@ class Viewer {
     low = Math.min(Math.max(low, first), last - width);
     this.range = [low, low + width];
     for (const plot of this.plots) plot.setScale("x", {min: low, max: low + width});
+    this.link();
   }
 
   scale(factor, about = this.data.t[this.index]) {
@@ -502,13 +543,21 @@ class Viewer {
 // ---- the page
 
 const viewers = new Map();
+let renaming;
 
-async function show(root) {
-  if (viewers.has(root)) return;
-  const viewer = new Viewer(root);
-  viewers.set(root, viewer);
-  animate(viewer);
-  await viewer.open(root.dataset.first);
+// Shows the plots of a scene, as a link wants them where there is one.
+async function show(root, wanted) {
+  let viewer = viewers.get(root);
+  if (viewer && !wanted) return;
+  if (!viewer) {
+    viewers.set(root, viewer = new Viewer(root));
+    animate(viewer);
+  }
+  const {tier, names, range} = wanted || {};
+  if (names) viewer.shown = new Set(names);
+  if (range) viewer.range = range;
+  await viewer.open(viewer.blocks.has(tier) ? tier : viewer.tier ?? root.dataset.first);
+  if (wanted) viewer.zoom(...(range || viewer.whole));
 }
 
 function start() {
@@ -528,11 +577,21 @@ function start() {
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => redraw(() => true));
 }
 
-function reveal() {
-  const target = location.hash && document.getElementById(location.hash.slice(1));
+// Opens what the address names: an element, or tier, channels and range of plots, as #wedge/tight/slider_x/0.012-0.014.
+async function reveal() {
+  const [name, ...view] = location.hash.slice(1).split("/"), interactive = document.documentElement.className === "interactive";
+  const plots = interactive && view.length && document.getElementById(`${name}--plots`), target = plots || document.getElementById(name);
   if (!target) return;
   for (let closed = target; closed; closed = closed.parentElement.closest("details")) if (closed.tagName === "DETAILS") closed.open = true;
+  if (interactive && view.length && target.className === "viewer") {
+    const [tier, names, range] = view, ends = /^(-?\d*\.?\d+)-(-?\d*\.?\d+)$/.exec(range);
+    await show(target, {tier, names: names?.split(",").map(decoded), range: ends?.slice(1).map(Number)});
+  }
   target.scrollIntoView();
+}
+
+function decoded(text) {
+  try { return decodeURIComponent(text); } catch { return text; }
 }
 
 addEventListener("hashchange", reveal);
