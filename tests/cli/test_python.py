@@ -321,7 +321,7 @@ def test_what_is_printed_of_a_result_are_a_few_lines():
 
 
 def test_the_model_of_the_page_on_engines_agrees(sixbar, tmp_path):
-    """docs/engine.md as a reader would follow it: a package, a scene, four commands."""
+    """docs/engine.md as a reader would follow it: a package, a scene, four commands; they end in agree."""
     write_package(tmp_path, "my_press", block("docs/engine.md", "python"), {"mine": "my_press:simulate"})
     sixbar.sites.append(str(tmp_path))
     sixbar.write("mine.toml", block("docs/engine.md", "toml", 1))
@@ -333,7 +333,7 @@ def test_the_model_of_the_page_on_engines_agrees(sixbar, tmp_path):
 
 def test_the_mapping_of_the_page_on_tables(sixbar):
     """The file of Adams that docs/foreign-tables.md shows, and its mapping."""
-    head, mapping = block("docs/foreign-tables.md", "text"), block("docs/foreign-tables.md", "toml", 1)
+    head, mapping = block("docs/foreign-tables.md", "text", 1), block("docs/foreign-tables.md", "toml", 1)
     time = np.arange(801) * 1e-3
     x, y, angle = 1e-4 * np.sin(9 * time), 0.19 + 0.01 * np.cos(9 * time), 1e-3 * np.sin(5 * time)
     rows = zip(time * 1e3, -x * 1e3, y * 1e3, -np.degrees(angle), 0 * x, 0 * x, strict=True)

@@ -64,7 +64,7 @@ def test_the_linkages_of_their_page_run_as_printed(sixbar, monkeypatch):
             ended = sixbar(*shlex.split(command), code=int(code or 0), COLUMNS="80")
             require(shown, ended.err.strip() if code else ended.out)
             commands += 1
-    assert (files, commands) == ([], 7)
+    assert (files, commands) == ([], 6)
 
 
 def test_the_scene_of_its_page_is_planned_and_its_mistake_refused_as_printed(sixbar):
