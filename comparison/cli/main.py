@@ -60,7 +60,8 @@ def _main(arguments: Sequence[str]) -> int:
         return complain(*describe_error(error))
     if code != INTERRUPTED:  # some releases of typer convert Ctrl-C to this code themselves
         return code
-    kept = "; finished runs are cached" if arguments[0] in ("validate", "judge", "gate", "study") else ""
+    keeps = {*arguments[:1]} & {"validate", "judge", "gate", "study"}
+    kept = "; finished runs are cached" if keeps else ""
     return complain(f"interrupted{kept}", INTERRUPTED)
 
 
