@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import nan
+from math import inf, nan
 
 import numpy as np
 
@@ -29,7 +29,7 @@ from comparison.execution.pool import Died, Share, work
 from comparison.execution.run import RunError, run_one
 from comparison.models import MODELS, declared_formulations, formulations, smallest
 from comparison.scene import Scene, SceneError
-from comparison.tables.channels import Array, BoolArray, channels
+from comparison.tables.channels import Array, channels
 
 _TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
 SETTINGS = {
@@ -100,19 +100,27 @@ class WorkPrecision:
         enough = [error for error in wanted if self.coverage(error) >= FLOOR]
         return enough[0] if enough else error_on(self.u, FLOOR)
 
-    def error(self, row: TimedRun, known: float | None = None) -> float:
-        """Return the largest error of a run, m, where u is at most ``known``, else at most `resolution`."""
+    def error(self, row: TimedRun, known: float | None = None, *, doubt: float = 1.0) -> float:
+        """Return the largest error of a run, m, where u is at most ``known``, else at most `resolution`.
+
+        How far the most accurate run may be off is added to the distance from it; ``doubt`` -1 subtracts it.
+        """
         if row.x is None or self.exact is None or self.exact.x is None or not self.u.size:
             return nan
         counts = self.u <= (self.resolution if known is None else known)
-        return float(np.max((np.abs(row.x - self.exact.x) + self.u / SAFETY_FACTOR)[counts], initial=0.0))
+        off = np.abs(row.x - self.exact.x) + doubt * self.u / SAFETY_FACTOR
+        return float(np.max(off[counts], initial=0.0))
 
     @cached_property
     def front(self) -> tuple[TimedRun, ...]:
-        """Settings that no other one beats in error and processor time, the cheapest first."""
-        rows = sorted((row for row in self.rows if self.error(row) >= 0.0), key=lambda row: row.seconds)
-        best = pareto(np.array([self.error(row) for row in rows]), np.array([row.seconds for row in rows]))
-        return tuple(row for row, kept in zip(rows, best, strict=True) if kept)
+        """Settings whose error is certainly below that of each cheaper one here, the cheapest first."""
+        front, least = list[TimedRun](), inf
+        rows = [row for row in self.rows if self.error(row) >= 0.0]
+        for row in sorted(rows, key=lambda row: (row.seconds, self.error(row))):
+            if self.error(row) < least:
+                front.append(row)
+                least = self.error(row, doubt=-1.0)
+        return tuple(front)
 
     def cheapest(self, error: float) -> TimedRun | None:
         """Return the setting with the least processor time that keeps an error, m, if it can be seen."""
@@ -225,12 +233,3 @@ def evaluate_runs(
         half_width = window_samples(scene.period, scene.duration / (x.size - 1))
         known = spread(x, [other, *moved], half_width)
     return WorkPrecision(scene, tuple(rows), exact, confirming, known, len(moved), interrupted)
-
-
-def pareto(errors: Array, costs: Array) -> BoolArray:
-    """Return which points no other beats in errors and costs, shape (n,); of equal points the first."""
-    order = np.lexsort((errors, costs))
-    best = np.minimum.accumulate(errors[order])
-    front = np.zeros(errors.size, dtype=np.bool_)
-    front[order] = np.concatenate(([True], errors[order][1:] < best[:-1]))[: errors.size]
-    return front

@@ -58,8 +58,11 @@ def _main(arguments: Sequence[str]) -> int:
         return 141 if end.code == 1 else int(end.code or 0)
     except Exception as error:
         return complain(*describe_error(error))
-    # Some releases of typer convert Ctrl-C to this code themselves.
-    return complain("interrupted; finished runs are cached", INTERRUPTED) if code == INTERRUPTED else code
+    if code != INTERRUPTED:  # some releases of typer convert Ctrl-C to this code themselves
+        return code
+    keeps = {*arguments[:1]} & {"validate", "judge", "gate", "study"}
+    kept = "; finished runs are cached" if keeps else ""
+    return complain(f"interrupted{kept}", INTERRUPTED)
 
 
 def _print_version(wanted: bool) -> None:

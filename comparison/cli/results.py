@@ -196,12 +196,18 @@ def validate_pairs(options: Options, models: Sequence[str], folder: Path) -> tup
     width = max(len(row.name) for row in rows)
     say("all together:", err=options.json)
     for row in rows:
-        say(*wrapped(words.standing(row.standing), first=f"{row.name:<{width}}  "), err=options.json)
+        say(
+            *wrapped(words.standing(row.standing), first=f"{row.name:<{width}}  ", rest="  "),
+            err=options.json,
+        )
     say(str(page), err=options.json)
     return code, summary
 
 
 # ---- lines and files
+
+
+_BESIDE = 40  # most letters of a name beside its verdict; a longer one has a line of its own
 
 
 def summary_of(
@@ -233,13 +239,13 @@ def verdict_lines(comparisons: Sequence[SceneComparison], *, verbose: bool = Fal
     ends = any(tier.has_u and tier.scene is None for _, tier in tiers)
     rows = [
         (
-            name,
+            name if len(name) <= _BESIDE else "",
             tier.tier,
             tier.verdict,
             *([percent(tier.coverage).replace(NO_BREAK, " ")] if known else []),
             *([words.round_down(tier.until)] if ends else []),
             MISSING if tier.decisive is None else number(tier.decisive.ratio, 2),
-            _note(tier),
+            "" if verbose and not tier.error else _note(tier),
         )
         for name, tier in tiers
     ]
@@ -247,8 +253,8 @@ def verdict_lines(comparisons: Sequence[SceneComparison], *, verbose: bool = Fal
     headings = ("scene", "tier", "verdict", *numbers, "")
     heading, *lines = columns([headings, *rows], right=range(3, 3 + len(numbers)), verdict=2)
     shown = [heading]
-    for line, (_, tier) in zip(lines, tiers, strict=True):
-        shown.append(line)
+    for line, (name, tier) in zip(lines, tiers, strict=True):
+        shown += [line] if len(name) <= _BESIDE else [console.printable(name), line]
         for topic, text in words.reasons(tier) if verbose or tier.error else ():
             shown += wrapped(text, first=f"    {topic:<12}  ")
     return shown

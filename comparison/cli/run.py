@@ -146,8 +146,8 @@ def settings(
     """Find the cheapest settings of both models on a scene.
 
     SCENE: a shipped scene or the path of a TOML file. Errors are those of slider_x against the most accurate
-    run that both models confirm. "front" marks settings that no other beats in error and processor time.
-    Ctrl-C ends the runs: the settings measured by then are printed.
+    run that both models confirm. "front" marks settings whose error is certainly smaller than that of each
+    cheaper one marked. Ctrl-C ends the runs: the settings measured by then are printed.
     """
     from comparison.accuracy.work_precision import work_precision
     from comparison.execution.pool import cpus

@@ -144,8 +144,8 @@ def _words(name: str) -> str:
 
 # ---- overrides, what follows from them, and errors of validation
 
-LONGEST = 54
-"""Longest name that lists the changes: beside it there is room for a verdict in 80 columns."""
+LONGEST = 90
+"""Longest name that lists all changes: the schema allows 100 characters, with a hash."""
 _FORMULATION = "solver.exudyn.formulation"
 _SETTINGS = ("solver.exudyn.step", "solver.exudyn.tolerance")  # their meaning depends on the formulation
 _SHOWN = {"m": (1e3, "mm"), "Pa": (1e-9, "GPa")}  # unit of a key -> that of a title, and the factor to it
@@ -267,14 +267,15 @@ def _same(value: object, before: object) -> bool:
 
 
 def name_with(name: str, overrides: Mapping[str, object]) -> str:
-    """Return a name for files: ``"ideal+drive.cycles=1"``, with a hash where that is too long or no name.
+    """Return a name for files: ``"ideal+drive.cycles=1"``, cut and with a hash if too long or no name.
 
     Keys are sorted: the order in which they were changed does not matter.
     """
     whole = "+".join([name, *(f"{key}={_text(value)}" for key, value in sorted(overrides.items()))])
     if re.match(NAME, whole) and len(whole) <= LONGEST:
         return whole
-    return f"{name[:LONGEST]}+{hashlib.sha256(whole.encode('utf-8', 'surrogatepass')).hexdigest()[:8]}"
+    most = re.sub(r"[^A-Za-z0-9._+=-]+", "_", whole)[:LONGEST]
+    return f"{most}+{hashlib.sha256(whole.encode('utf-8', 'surrogatepass')).hexdigest()[:8]}"
 
 
 def title_with(name: str, overrides: Mapping[str, object]) -> str:

@@ -18,7 +18,7 @@ import pandas as pd
 from comparison.accuracy.levels import NAMES, START, scene_at, solver_values
 from comparison.accuracy.refine import CHANNEL
 from comparison.accuracy.uncertainty import SAFETY_FACTOR
-from comparison.accuracy.work_precision import Candidate, pareto, time_run
+from comparison.accuracy.work_precision import Candidate, time_run
 from comparison.execution.run import Job, Progress, run_all, run_one, successful
 from comparison.execution.store import Row
 from comparison.execution.tasks import SUCCESS, Task, measure_all, on_processes
@@ -199,7 +199,7 @@ def curve_of(rows: pd.DataFrame, method: Method, scene: str) -> pd.DataFrame:
 def front(curve: pd.DataFrame) -> pd.DataFrame:
     """Return the points that no other one beats in error and in time, the cheapest first."""
     points = curve.sort_values(["seconds", "error"])
-    return points[pareto(points["error"].to_numpy(np.float64), points["seconds"].to_numpy(np.float64))]
+    return points[points["error"] < points["error"].cummin().shift(fill_value=np.inf)]
 
 
 def cost_at(curve: pd.DataFrame, error: float) -> float:

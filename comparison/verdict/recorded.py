@@ -82,7 +82,7 @@ def compare(
     ('differ', ['slider_x'])
     """
     criteria = Criteria(tolerance=tolerance, share=share, **options)
-    if isinstance(labels, str) or len(labels) != 2:
+    if not isinstance(labels, list | tuple) or len(labels) != 2:
         raise TableError(f"labels = {labels!r} must be two names")
     first, second = (str(label) for label in labels)
     return compare_files(

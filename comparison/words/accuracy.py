@@ -5,8 +5,9 @@ from __future__ import annotations
 from math import degrees, inf, isfinite, isnan
 from typing import TYPE_CHECKING
 
-from comparison.accuracy.levels import Expected, Plan, setting_key
+from comparison.accuracy.levels import Expected, Plan, formulation, setting_key
 from comparison.execution.run import Outcome
+from comparison.models import smallest
 from comparison.scene import Scene
 from comparison.tables import channels
 
@@ -107,12 +108,24 @@ def accuracy_line(run: AccurateRun) -> str:
     reason = {
         Limit.DIVERGENCE: f"No setting does better{_divergence(scene, estimate)}",
         Limit.STOPPED: f"Finer settings have no result: {_stopped(run.stopped)}",
-        Limit.FINEST: f"No finer setting is measured{_divergence(scene, estimate)}",
+        Limit.FINEST: "No finer setting is measured",
     }[run.limit or Limit.FINEST]
     return (
         f"{run.wanted:g} m is not reachable: it holds {where}; {estimate.error_on(FLOOR):.2g} m is reached "
-        f"on {FLOOR:.0%} of the run. {reason}{cost}"
+        f"on {FLOOR:.0%} of the run. {reason}{_way_out(run)}{cost}"
     )
+
+
+def _way_out(run: AccurateRun) -> str:
+    """Return a clause on the formulation that errs less, where the steps of this one are the limit."""
+    from comparison.accuracy.refine import Limit
+
+    scene, model = run.level.scene, run.model
+    least = smallest(model, scene.data)
+    fixed = setting_key(model, scene.data["solver"].get(model, {})) == "step"
+    if run.limit is Limit.DIVERGENCE or not fixed or least == formulation(scene, model):
+        return ""
+    return f"; the formulation {least} errs less: --formulation {least}"
 
 
 def _setting(scene: Scene, model: str) -> str:

@@ -273,11 +273,13 @@ def shift_line(scene: SceneComparison) -> str:
 
 def reasons(scene: SceneComparison) -> list[tuple[str, str]]:
     """Return the reasons of a verdict at one tier as pairs of topic and sentence."""
+    constant = [name for name in scene.channels if name not in scene.excited]
     lines = [
         ("reason", scene_reason(scene)),
         ("runs", finer_runs(scene)),
         ("confirmation", confirmation(scene)),
         ("predictable", predictable(scene)),
+        ("unexcited", f"{', '.join(constant)}: constant in both" if constant else ""),
         ("why", "; ".join(attribution_lines(scene))),
         ("reliability", "" if scene.reliability is None else reliability_line(scene.reliability)),
     ]

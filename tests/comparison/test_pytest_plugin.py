@@ -91,6 +91,11 @@ def test_an_expected_table_through_its_life_in_the_example_of_a_repository(pytes
     assert sorted(path.name for path in expected.parent.iterdir()) == ["new.csv"]
 
 
+def test_the_version_is_the_same_where_it_stands():
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["version"]
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text("utf-8")
+
+
 def test_the_entry_point_names_the_plugin_and_its_import_is_cheap():
     points = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["entry-points"]
     module = points["pytest11"]["sixbar"]

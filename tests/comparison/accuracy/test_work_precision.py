@@ -1,6 +1,7 @@
 """Settings on one scene: what is called known, what an error is, which setting is the cheapest; the front."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -68,6 +69,15 @@ def test_one_model_alone_is_unconfirmed():
     nothing = measured(lost=("minimal", "tree", "full"))
     assert (nothing.exact, nothing.front, nothing.cheapest(1e-5)) == (None, (), None)
     assert settings_basis(nothing) == "no two runs have a result: errors are unknown"
+
+
+def test_the_front_has_only_settings_that_are_better_beyond_the_error_of_their_errors():
+    front = measured().front
+    doubt = 3e-13  # 1e-12 of the other model from 1e-13 of the first: 1e-12 is as good as anything beyond
+    assert [row.candidate.setting for row in front][:3] == [1e-6, 1e-7, 1e-8]
+    errors = [measured().error(row) for row in front]
+    assert all(before - after > doubt for before, after in pairwise(errors))
+    assert [row.seconds for row in front] == sorted(row.seconds for row in front)
 
 
 def test_a_command_for_each_error():

@@ -50,7 +50,7 @@ def test_the_command_of_a_scene_repeats_it_and_python_does_as_the_command_line_d
     assert (again.hash, again.overrides) == (scene.hash, scene.overrides)
     assert (again.name, again.title, again.description) == (scene.name, scene.title, scene.description)
     assert (scene.name == PAPER) == all(key.startswith("scene.") for key in scene.overrides)
-    assert re.fullmatch(r"[A-Za-z0-9._+=-]{1,64}", scene.name)  # a folder, everywhere
+    assert re.fullmatch(r"[A-Za-z0-9._+=-]{1,100}", scene.name)  # a folder, everywhere
     if not {SLIDER, BOTH, GUIDE} & {*first, *second}:  # of which a later one replaces another
         assert load_scene(PAPER, first | second).name == scene.name
 
@@ -126,3 +126,13 @@ def test_a_run_at_another_setting_keeps_the_name_and_its_command_has_the_setting
     tree = scene.with_values({"solver.exudyn.step": 1e-6}).variant({"solver.exudyn.formulation": "tree"})
     assert tree.data["solver"]["exudyn"]["step"] == 1e-4
     assert repeated(tree).hash == tree.hash
+
+
+@pytest.mark.parametrize("speed", [{}, {"drive.speed_rpm": 210.0, "mechanism.crank.length": 0.046}])
+def test_a_scene_changed_by_two_keys_or_more_is_named_by_them(speed):
+    name = load_scene(PAPER, {"clearance.slider": 3e-4, "drive.cycles": 1.5} | speed).name
+    assert name.startswith(f"{PAPER}+clearance.slider=0.0003+drive.cycles=1.5")
+    other = load_scene(
+        PAPER, {"clearance.slider": 3e-4, "drive.cycles": 1.5} | speed | {"friction.coefficient": 0.2}
+    )
+    assert name != other.name
