@@ -439,8 +439,9 @@ def quantities(data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         scales["clearance"] = data.get("clearance", {}).get(name.partition(".")[0], {}).get("size", 0.0)
         first = f"{name}{'_' if table == 'corner' else '.'}"
         for quantity, keys in _file()[table].items():
-            own = {"label": f"{name} {quantity}".replace("_", " ")}
+            own: dict[str, Any] = {"label": f"{name} {quantity}".replace("_", " ")}
             own |= {key: f"{first}{keys[key]}" for key in ("rate", "follows") if key in keys}
+            own["gap"] = tuple(f"{first}{axis}" for axis in keys.get("gap", ()))
             given = scales.get(keys.get("scale", "")) or None
             known[f"{first}{quantity}"] = keys | own | {"scale": "range", "given": given}
     known = {name: keys for name, keys in known.items() if keys["group"] in groups}
