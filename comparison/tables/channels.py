@@ -21,8 +21,6 @@ PIN = "pin"
 CONTACTS = CORNERS | {PIN: "crank pin"}
 """Contacts of an event table and their display names: the slider's corners and the journal at A."""
 Extent = TypeVar("Extent", float, Array)
-ALONG_GUIDE = ("slider_y", "slider_vy", "slider_ay")
-"""Motion of the slider along its guide, of which there is a reliability."""
 UNCERTAINTY = "_u"
 """Ending of the name of a column with the estimated error of a channel, in its unit; itself no channel."""
 
