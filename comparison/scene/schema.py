@@ -359,7 +359,7 @@ class Reliability(Section):
     """Criteria for the errors of a motion, the slider's of the press, see `comparison.reliability`."""
 
     bins: Annotated[int, Field(ge=1, le=10_000)] = 10
-    """Intervals of a crank cycle, each with a reliability of its own."""
+    """Intervals of a cycle, each with a reliability of its own."""
     errors: Literal["signed", "absolute"] = "absolute"
     """Mean and deviation are those of the error (signed) or of its magnitude (absolute)."""
     displacement: Annotated[DisplacementLimits, M] = DisplacementLimits()
