@@ -243,15 +243,13 @@ def model_uncertainty(
     )
     floor = round_off(base, time, runs.base.known[name].round_off, learnt)
     u = uncertainty(levels, windows(time, WINDOW * period), floor, whole=learnt is not None)
-    channel = runs.base.known[name]
-    gap = channel.follows or ""
-    # Of a linkage's journal the eccentricity, which is its clearance where it touches.
-    axes = [gap, f"{gap[:-1]}y"] if channel.group == "contacts" and gap.endswith(".x") else [gap]
-    if gap in runs.base.names and (len(axes) > 1 or gap.endswith("_gap")):
+    axes = runs.base.known[name].gap
+    if axes and {*axes} <= {*runs.base.names}:
         if near is None or len(axes) > 1:
             parts = [model_uncertainty(runs, axis, period, ensemble, every, learnt) for axis in axes]
             near = np.hypot.reduce([part for part in parts if part is not None])
-        closed = 0.0 if len(axes) == 1 else runs.base.known[gap].given
+        # The eccentricity of a journal is its clearance, the scale of both, where it touches.
+        closed = 0.0 if len(axes) == 1 else runs.base.known[axes[0]].given
         open_ = np.abs(np.hypot.reduce([values(runs.base, axis) for axis in axes]) - closed)
         touching = (base == 0.0) & (open_ <= near)
         u = np.where(touching, np.maximum(u, so_far(np.abs(base), learnt)), u)

@@ -18,7 +18,7 @@ from comparison.models import OWN, EngineError, code_hash, fingerprint, load, pl
 from comparison.models import check as check_scene
 from comparison.scene import Scene, SceneError, digest
 from comparison.scene.loading import heavy_load
-from comparison.tables.channels import ALONG_GUIDE, expected
+from comparison.tables.channels import expected
 from comparison.tables.table import SAME_GRID, Table, TableError, check, rows
 
 VIOLATED = "invariant-violated"
@@ -84,6 +84,7 @@ def at_own_samples(table: Table, scene: Scene) -> Table:
     own = scene.data["output"]["samples_per_cycle"]
     every = dense_scene(scene).data["output"]["samples_per_cycle"] // own
     names = [name for name in ("time", *expected(scene.data)) if name in table.frame]
+    followed = scene.reliability.channels.values()
     frame = table.frame.loc[::every, names].reset_index(drop=True)
     # These are the times of a run with such samples, to the last digit: an ensemble must have equal ones.
     interval = scene.period / own
@@ -95,7 +96,7 @@ def at_own_samples(table: Table, scene: Scene) -> Table:
         frame=frame,
         extrema={name: extremes for name, extremes in table.extrema.items() if name in names},
         provenance=table.provenance | {"scene_hash": scene.hash, "scene": scene.data},
-        dense=table.frame[[name for name in ("time", *ALONG_GUIDE) if name in table.frame]],
+        dense=table.frame[[name for name in ("time", *followed) if name in table.frame]],
     )
 
 
@@ -198,7 +199,7 @@ def run_key(job: Job, fingerprint: str) -> str:
             "scene": {key: part for key, part in job.scene.data.items() if key not in ("scene", "solver")},
             "solver": solver[job.model] if job.model in OWN else solver,  # another may build on ours
             "model": job.model,
-            "dense": job.dense,
+            "dense": job.dense and job.scene.reliability.channels,
             "fingerprint": fingerprint,
             "code": code_hash(__name__),
             "python": platform.python_version(),

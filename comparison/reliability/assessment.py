@@ -11,6 +11,7 @@ zero. Only the distance to the cap carries information about a mechanism.
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,6 @@ from comparison.accuracy.levels import coarser
 from comparison.accuracy.uncertainty import ROUND_OFF, Runs, RunValues, uncertainty
 from comparison.execution.run import RunError, dense_scene
 from comparison.reliability.errors import (
-    QUANTITIES,
     SliderErrors,
     half_width,
     integrals,
@@ -29,7 +29,7 @@ from comparison.reliability.errors import (
     standard_error,
 )
 from comparison.scene import Scene, load_scene
-from comparison.scene.loading import BASE
+from comparison.scene.loading import BASE, scene_from_mapping
 from comparison.scene.schema import ExudynSolver, Limits, ReferenceSolver
 from comparison.scene.schema import Reliability as Settings
 from comparison.tables.channels import Array, BoolArray
@@ -72,14 +72,16 @@ def _strength(limits: Limits) -> tuple[float, float]:  # mean and deviation, Eq.
 class Assessment:
     """The reliability of one quantity in ``k`` bins; arrays of shape (k,), intervals of 95 %.
 
-    ``angle`` are the upper edges of the bins, degrees from the start; ``cycles`` how many went into each;
-    mean and deviation those of the error over time, or of its size, as the scene says; ``index`` is beta of
-    Eq. 35, ``contributions``, by bin, those of each cycle and phase to it, shape (cycles, `PHASES`), whose
-    scatter gives its interval; ``worst`` the first bin with the smallest reliability, to round-off; ``cap``
-    the reliability of a mechanism without error; ``within`` P(|e| <= upper limit), as a share of the time.
+    ``limits`` and errors are in ``unit``. ``angle`` are the upper edges of the bins, degrees from the start;
+    ``cycles`` how many went into each; mean and deviation those of the error over time, or of its size, as
+    the scene says; ``index`` is beta of Eq. 35, ``contributions``, by bin, those of each cycle and phase to
+    it, shape (cycles, `PHASES`), whose scatter gives its interval; ``worst`` the first bin with the smallest
+    reliability, to round-off; ``cap`` the reliability of a mechanism without error; ``within`` P(|e| <= upper
+    limit), as a share of the time.
     """
 
     limits: Limits
+    unit: str
     angle: Array
     cycles: NDArray[np.intp]
     mean: Array
@@ -125,7 +127,7 @@ class Assessment:
 
 def assess(errors: SliderErrors, settings: Settings) -> dict[str, Assessment]:
     """Return the assessment of each quantity, by the bins, limits and sign of errors that a scene states."""
-    present = {name: channel for name, channel in QUANTITIES.items() if channel in errors.by_channel}
+    present = {name: channel for name, channel in settings.channels.items() if channel in errors.by_channel}
     return {quantity: _assess(quantity, channel, errors, settings) for quantity, channel in present.items()}
 
 
@@ -155,6 +157,7 @@ def _assess(quantity: str, channel: str, errors: SliderErrors, settings: Setting
         contributions.append(slopes[0][k] * stress + slopes[1][k] * squared)
     return Assessment(
         limits=limits,
+        unit=errors.units[channel],
         # The last part of a run shorter than a cycle may end within its interval.
         angle=np.minimum(
             360.0 * (np.arange(count) + 1) / settings.bins, round(360.0 * float(edges[-1]) / errors.period, 9)
@@ -218,7 +221,10 @@ class Difference:
 
 @dataclass(frozen=True)
 class ReliabilityComparison:
-    """A scene's reliability in two models, by quantity, or what prevented it, such as a run that failed."""
+    """A scene's reliability in two models, by quantity, or what prevented it, such as a run that failed.
+
+    It has neither where the drive has no period.
+    """
 
     settings: Settings
     quantities: dict[str, Difference] = field(default_factory=dict)
@@ -231,18 +237,31 @@ class ReliabilityComparison:
         return next(verdict for verdict in ("differ", "undecided", "agree") if verdict in verdicts)
 
 
+def has_ideal(scene: Scene) -> bool:
+    """Return whether a motion has a period, and joints whose clearance may be left out."""
+    return not scene.is_linkage or bool(scene.loose and "speed_rpm" in scene.data["drive"])
+
+
 def ideal_scenes(scene: Scene, model: str) -> dict[str, Scene]:
     """Return the same scene with ideal joints: "base" and, where the model can be refined, "coarser".
 
+    There is none of a linkage without clearance, or whose drive has no period.
     Samples are those of `dense_scene`, but a coarser run's the scene's, as far as its steps fit between them.
     What does not affect a motion that the drive alone prescribes is set to one value, also the settings of
     our two models: scenes that differ in nothing else share the run.
     """
-    base = load_scene(BASE).data
-    sections = {section: base[section] for section in _WITHOUT_EFFECT} | {
+    base, sections = load_scene(BASE).data, dict[str, Any]()
+    if not scene.is_linkage:
+        sections = {section: base[section] for section in _WITHOUT_EFFECT}
+        sections["joints"] = {"slider": "ideal", "crank_pin": "ideal"}
+    elif not has_ideal(scene):
+        return {}
+    else:
+        loose = ("clearance", "contact", "friction")
+        scene = scene_from_mapping({key: table for key, table in scene.data.items() if key not in loose})
+    sections |= {
         "solver.reference": ReferenceSolver().model_dump(),
         "solver.exudyn": ExudynSolver(step=scene.period / STEPS).model_dump(),
-        "joints": {"slider": "ideal", "crank_pin": "ideal"},
         "output": {"groups": ["accelerations"]},
     }
     values = {f"{section}.{key}": value for section, keys in sections.items() for key, value in keys.items()}
@@ -268,7 +287,8 @@ def compare_reliability(
     """
 
     def assessed(run: Table, ideal: Table) -> dict[str, Assessment]:
-        return assess(slider_errors(run, ideal, period, start=start, peaks=False), settings)
+        names = [*settings.channels.values()]
+        return assess(slider_errors(run, ideal, period, start=start, names=names, peaks=False), settings)
 
     def numerical(runs: Runs, ideal: Runs, own: dict[str, Assessment]) -> dict[str, Array]:
         """Return each quantity's u in every bin and, last, that of the smallest; shape (k bins + 1,)."""

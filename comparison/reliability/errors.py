@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from comparison.scene import Reliability
 from comparison.tables.align import hermite
-from comparison.tables.channels import ALONG_GUIDE, Array, channels
+from comparison.tables.channels import Array, channels
 from comparison.tables.table import SAME_GRID, Table, TableError, slacks
 
-QUANTITIES = dict(zip(("displacement", "velocity", "acceleration"), ALONG_GUIDE, strict=True))
+QUANTITIES = Reliability().channels
 """Channels of the paper's displacement, velocity and acceleration of the slider, y up."""
 
 
@@ -31,14 +32,15 @@ class Peak:
 class SliderErrors:
     """Errors at the times (s) of the result from the start of the first cycle that counts, shape (n,).
 
-    ``by_channel``: actual less ideal. ``between``: times and errors where the model has its extrema, of each
-    cycle or of the whole run, shape (2, m): they need not be samples.
+    ``by_channel``: actual less ideal, in ``units``. ``between``: times and errors where the model has its
+    extrema, of each cycle or of the whole run, shape (2, m): they need not be samples.
     """
 
     time: Array
     period: float
     by_channel: dict[str, Array]
     between: dict[str, Array]
+    units: dict[str, str]
 
     def peak(self, channel: str, start: float = -np.inf, end: float = np.inf) -> Peak:
         """Return the error of largest size from ``start`` to ``end`` (s), between samples too."""
@@ -96,7 +98,8 @@ def slider_errors(
         at, values = _extrema(actual, name)
         kept = (at >= start - slack) & (at <= time[-1] + slack)
         between[name] = np.array([at - start, error_at(name, at, values)])[:, kept]
-    return SliderErrors(time - start, period, by_channel, between)
+    units = {name: actual.known[name].unit for name in present}
+    return SliderErrors(time - start, period, by_channel, between, units)
 
 
 def unit_of(quantity: str) -> str:

@@ -139,6 +139,7 @@ def reliability(
     for part, table in tables.items():
         _check(table, names[part])
     cycle, source = _conditions(tables, names, own, stated.period)
+    source.require_press("sixbar reliability")
     values = {
         f"reliability.{quantity}.{end}": value
         for quantity, both in stated.limits.items()

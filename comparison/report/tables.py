@@ -10,7 +10,6 @@ from markupsafe import Markup
 from comparison.formatting import MISSING, NO_BREAK, number, percent, pretty_unit, quantity
 from comparison.metrics import SITUATIONS, touched
 from comparison.reliability.assessment import ROUNDING, Difference
-from comparison.reliability.errors import unit_of
 from comparison.report.svg import spans
 from comparison.scene.keys import flat
 from comparison.tables.channels import CONTACTS
@@ -209,7 +208,7 @@ def reliability_tables(scene: SceneComparison) -> tuple[Table | None, Table | No
     rows: dict[str, Cells] = {}
     intervals: dict[str, Cells] = {}
     for name, difference in scene.reliability.quantities.items() if scene.reliability else ():
-        models, limits, unit = (difference.a, difference.b), difference.a.limits, unit_of(name)
+        models, limits, unit = (difference.a, difference.b), difference.a.limits, difference.a.unit
         errors = (difference.half_width, difference.sampling, difference.numerical)
         half, cycles, numerics = (number(error, 2) if np.isfinite(error) else MISSING for error in errors)
         at = ("cap" if model.capped[model.worst] else f"{model.angle[model.worst]:g}°" for model in models)

@@ -33,6 +33,7 @@ from comparison.scene.schema import (
     Poisson,
     Positive,
     Real,
+    Reliability,
     S,
     Section,
     Solver,
@@ -239,6 +240,20 @@ class LinkageOutput(Section):
     """Intervals between samples in the duration, 1000 by default."""
 
 
+class LinkageReliability(Reliability):
+    """Criteria for the errors of a body's motion, against the same linkage without clearance."""
+
+    of: str | None = None
+    """Channel of the displacement, x, y or angle of a body (limits in rad), of which there is a rule."""
+
+    @property
+    def channels(self) -> dict[str, str]:
+        """Channel of each quantity that has limits."""
+        body, _, axis = (self.of or ".x").rpartition(".")
+        parts = ("angle", "omega", "alpha") if axis == "angle" else (axis, f"v{axis}", f"a{axis}")
+        return {name: f"{body}.{part}" for name, part in zip(super().channels, parts, strict=True)}
+
+
 class LinkageKeys(Section):
     """Complete linkage."""
 
@@ -258,6 +273,7 @@ class LinkageKeys(Section):
     output: LinkageOutput = LinkageOutput()
     solver: Solver = Solver()
     compare: Compare = Compare()
+    reliability: LinkageReliability = LinkageReliability()
 
     def _violations(self) -> Iterator[tuple[str, object, str]]:
         yield from self._name_violations()
@@ -354,6 +370,9 @@ class LinkageKeys(Section):
             for point, at in ends_of(body).items():
                 if (stated := body.points.get(point, at)) != at:
                     yield f"body.{name}.points.{point}", stated, f"differs from {at}, by body.{name}.length"
+        if (of := self.reliability.of) and of.rpartition(".")[2] not in ("x", "y", "angle"):
+            yield "reliability.of", of, "must be BODY.x, BODY.y or BODY.angle"
+        bodies += [("reliability.of", of.rpartition(".")[0])] if of else []
         for key, value in bodies:
             if value not in self.body:
                 yield key, value, f"is no body{_close(str(value), self.body)}"
@@ -393,8 +412,8 @@ def ends_of(body: Body) -> dict[str, list[float]]:
 
 
 def complete(keys: LinkageKeys) -> dict[str, Any]:
-    """Return the complete mapping, without `Compare`: the input of a model."""
-    data = keys.model_dump(exclude={"compare"}, exclude_none=True)
+    """Return the complete mapping, without the criteria: the input of a model."""
+    data = keys.model_dump(exclude={"compare", "reliability"}, exclude_none=True)
     for name, body in keys.body.items():
         data["body"][name]["points"] = {k: at for k, at in points_of(body).items() if k != "centroid"}
     for guide in data["guide"].values():
@@ -426,6 +445,18 @@ def complete(keys: LinkageKeys) -> dict[str, Any]:
     return data
 
 
+def criteria(keys: LinkageKeys) -> LinkageReliability:
+    """Return the limits with the channel that they are of: by rule of the last body that is not driven.
+
+    Of one that a guide of the frame guides it is x or y, whichever is nearer to the guide, else the angle.
+    """
+    *_, body = [name for name in keys.body if name != keys.drive.body] or keys.body
+    guides = [guide for guide in keys.guide.values() if (guide.body, guide.on) == (body, "frame")]
+    along = [abs(part(radians(guide.direction_deg))) for guide in guides[:1] for part in (cos, sin)]
+    axis = "xy"[along[1] > along[0]] if along else "angle"
+    return keys.reliability.model_copy(update={"of": keys.reliability.of or f"{body}.{axis}"})
+
+
 def quantities(data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the quantities that a linkage requests, by name: fields of a channel, or none of a press's."""
     size, rpm = largest_length(data), abs(data["drive"].get("speed_rpm", 0.0))
@@ -439,8 +470,9 @@ def quantities(data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         scales["clearance"] = data.get("clearance", {}).get(name.partition(".")[0], {}).get("size", 0.0)
         first = f"{name}{'_' if table == 'corner' else '.'}"
         for quantity, keys in _file()[table].items():
-            own = {"label": f"{name} {quantity}".replace("_", " ")}
+            own: dict[str, Any] = {"label": f"{name} {quantity}".replace("_", " ")}
             own |= {key: f"{first}{keys[key]}" for key in ("rate", "follows") if key in keys}
+            own["gap"] = tuple(f"{first}{axis}" for axis in keys.get("gap", ()))
             given = scales.get(keys.get("scale", "")) or None
             known[f"{first}{quantity}"] = keys | own | {"scale": "range", "given": given}
     known = {name: keys for name, keys in known.items() if keys["group"] in groups}

@@ -42,7 +42,7 @@ from comparison.scene.keys import (
     toml,
     with_name,
 )
-from comparison.scene.linkage import LinkageKeys, complete
+from comparison.scene.linkage import LinkageKeys, complete, criteria
 from comparison.scene.schema import NAME, PARTNERS, Compare, Load, Reliability, SceneKeys
 
 SCENES = Path(str(files("comparison.scene.shipped")))
@@ -325,7 +325,7 @@ def _checked(files: dict[str, Any], overrides: dict[str, Any], source: str) -> S
     except ValidationError as error:
         raise SceneError(f"scene {short(name)}: {explain(error, schema)}") from error
     if isinstance(keys, LinkageKeys):
-        return Scene(complete(keys), files, overrides, source, keys.compare, Reliability())
+        return Scene(complete(keys), files, overrides, source, keys.compare, criteria(keys))
     data = keys.model_dump(exclude={"compare", "reliability"})
     start, exudyn = data["initial"], data["solver"]["exudyn"]
     if start["slider_offset"] is None:

@@ -356,15 +356,20 @@ class AccelerationLimits(Limits):
 
 
 class Reliability(Section):
-    """Criteria for the slider's errors, see `comparison.reliability`."""
+    """Criteria for the errors of a motion, the slider's of the press, see `comparison.reliability`."""
 
     bins: Annotated[int, Field(ge=1, le=10_000)] = 10
-    """Intervals of a crank cycle, each with a reliability of its own."""
+    """Intervals of a cycle, each with a reliability of its own."""
     errors: Literal["signed", "absolute"] = "absolute"
     """Mean and deviation are those of the error (signed) or of its magnitude (absolute)."""
     displacement: Annotated[DisplacementLimits, M] = DisplacementLimits()
     velocity: Annotated[VelocityLimits, M_S] = VelocityLimits()
     acceleration: Annotated[AccelerationLimits, M_S2] = AccelerationLimits()
+
+    @property
+    def channels(self) -> dict[str, str]:
+        """Channel of each quantity that has limits."""
+        return {"displacement": "slider_y", "velocity": "slider_vy", "acceleration": "slider_ay"}
 
 
 class SceneKeys(Section):
@@ -392,10 +397,6 @@ class SceneKeys(Section):
         elif not isfinite(60.0 / speed * cycles):
             yield "drive.cycles", cycles, f"last for ever at speed_rpm = {speed:g}"
         yield from contact_violations(self.contact, self.friction)
-        for name in ("displacement", "velocity", "acceleration"):
-            limits = getattr(self.reliability, name)
-            if limits.lower >= limits.upper:
-                yield f"reliability.{name}.lower", limits.lower, f"must be < upper = {limits.upper:g}"
         for joint in ("slider", "crank_pin"):
             if getattr(self.joints, joint) == "clearance" and getattr(self.clearance, joint) == 0:
                 yield f"clearance.{joint}", 0.0, f"must be > 0 where joints.{joint} = 'clearance'"
@@ -423,7 +424,11 @@ def contact_violations(contact: Any, friction: Friction, at: str = "") -> Iterat
 
 
 def common_violations(keys: Any) -> Iterator[tuple[str, object, str]]:
-    """Yield key, value and rule of what any scene violates: load, groups, solvers, sizes of numbers."""
+    """Yield key, value and rule of what any scene violates: limits, load, groups, solvers, numbers."""
+    for name in keys.reliability.channels:
+        limits = getattr(keys.reliability, name)
+        if limits.lower >= limits.upper:
+            yield f"reliability.{name}.lower", limits.lower, f"must be < upper = {limits.upper:g}"
     load = keys.load or Load()
     rows = load.table
     if rows and load.force:

@@ -21,8 +21,6 @@ PIN = "pin"
 CONTACTS = CORNERS | {PIN: "crank pin"}
 """Contacts of an event table and their display names: the slider's corners and the journal at A."""
 Extent = TypeVar("Extent", float, Array)
-ALONG_GUIDE = ("slider_y", "slider_vy", "slider_ay")
-"""Motion of the slider along its guide, of which there is a reliability."""
 UNCERTAINTY = "_u"
 """Ending of the name of a column with the estimated error of a channel, in its unit; itself no channel."""
 
@@ -41,6 +39,7 @@ class Channel:
     round_off: float = 0.0
     rate: str | None = None
     follows: str | None = None
+    gap: tuple[str, ...] = ()
     angle: bool = False
     turn: float = 2 * pi  # a revolution in the unit of an angle
     given: float | None = None  # scale that the user states, in the channel's unit; None: by ``scale``
@@ -74,10 +73,11 @@ def channels() -> dict[str, Channel]:
     known = [Channel(name=name, **keys) for name, keys in file["channel"].items()]
     for corner, words in CORNERS.items():
         for quantity, keys in file["corner"].items():
-            own = {"name": f"corner_{corner}_{quantity}", "label": f"{keys['label']}, {words} corner"}
+            first, own = f"corner_{corner}_", dict[str, Any](label=f"{keys['label']}, {words} corner")
             if "follows" in keys:
-                own["follows"] = f"corner_{corner}_{keys['follows']}"
-            known.append(Channel(group="corners", **keys | own))
+                own["follows"] = f"{first}{keys['follows']}"
+            own["gap"] = tuple(f"{first}{gap}" for gap in keys.get("gap", ()))
+            known.append(Channel(f"{first}{quantity}", group="corners", **keys | own))
     for joint in "OABHCF":
         for axis, keys in file["joint"].items():
             own = {"name": f"reaction_{joint}_{axis}", "label": f"{keys['label']} at {joint}"}

@@ -82,7 +82,7 @@ class Table:
     cycle_extrema: Columns | None = None
     """The extrema of each crank cycle, such as ``slider_ay_time_of_min``, shape (cycles,); or None."""
     dense: pd.DataFrame | None = _Frame()  # type: ignore[assignment]
-    """The columns ``time`` and `ALONG_GUIDE` at more times than ``frame`` has; or None."""
+    """The columns ``time`` and those of the reliability at more times than ``frame`` has; or None."""
 
     @classmethod
     def from_result(cls, result: Any) -> Self:
@@ -149,9 +149,9 @@ class Table:
         record = self.provenance.get("scene")
         if not isinstance(record, dict):
             return None
-        press = {} if "body" in record else {"reliability": self.provenance.get("reliability", {})}
+        criteria = {"reliability": self.provenance.get("reliability", {})}
         try:
-            return scene_from_mapping(record | {"solver": {}} | press)
+            return scene_from_mapping(record | {"solver": {}} | criteria)
         except SceneError:
             return None
 

@@ -12,6 +12,8 @@ from comparison.accuracy.refine import usable_table
 from comparison.accuracy.uncertainty import WINDOW, in_clearances, shifted
 from comparison.execution.run import Job, Outcome, Progress, describe
 from comparison.execution.sides import Run, Side, SolverError
+from comparison.models import MODELS
+from comparison.reliability.assessment import has_ideal
 from comparison.scene import Scene
 from comparison.tables.arguments import as_source
 from comparison.tables.channels import expected, known_channels
@@ -45,7 +47,8 @@ class LinkagePair(Pair):
         scene, model = self.scene, run.side.label
         for _ in range(abs(run.level)):
             scene = (finer if run.level > 0 else coarser)(model, scene) or scene
-        return Job(shifted(scene, dict(zip(self.keys.start.states, run.start, strict=True))), model)
+        start = shifted(scene, dict(zip(self.keys.start.states, run.start, strict=True)))
+        return Job(start, model, dense=has_ideal(scene) and model in MODELS)
 
     def _results(self, runs: Sequence[Run], on_progress: Progress) -> list[Source | SolverError]:
         jobs = [self.job(run) for run in runs]

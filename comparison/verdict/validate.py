@@ -195,12 +195,16 @@ class Case:
         """
         own = {which: replace(job, dense=job.model in MODELS) for which, job in self.own.items()}
         others = [model for model in self.models if model not in MODELS]
-        ideal = {
+        return own, families(dense_scene(self.scene), others), self.ideal
+
+    @cached_property
+    def ideal(self) -> Jobs:
+        """Runs of the ideal mechanism."""
+        return {
             (model, which): Job(scene, model)
             for model in self.models
             for which, scene in ideal_scenes(self.scene, model).items()
         }
-        return own, families(dense_scene(self.scene), others), ideal
 
     @cached_property
     def own(self) -> Jobs:
@@ -215,7 +219,7 @@ class Case:
         result = self.judge(own)
         if not result.runs:
             return result
-        reliability, runs = self.reliability(own | dense, ideal), {}
+        reliability, runs = self.reliability(own | dense, ideal, result.runs), {}
         for model, run in result.runs.items() if self.tier != "tight" else ():
             tables = {kind: replace(table, dense=None) for kind, table in run.tables.items()}
             runs[model] = Runs(**tables, refinement=run.refinement)
@@ -283,9 +287,16 @@ class Case:
             self.scene, error, labels=self.models, command=self.command, tier=self.tier, failed=failed
         )
 
-    def reliability(self, dense: Outcomes, ideal: Outcomes) -> ReliabilityComparison | None:
-        """Compare the reliabilities of both models; a failed run for it is only reported."""
+    def reliability(
+        self, dense: Outcomes, ideal: Outcomes, judged: Mapping[str, Runs]
+    ) -> ReliabilityComparison | None:
+        """Compare the reliabilities of both models, by dense runs or else those that were ``judged``.
+
+        A failed run for it is only reported. There is none of a linkage without clearance.
+        """
         settings, unable = self.scene.reliability, ("bad input", "unusable")
+        if not ideal:  # of a linkage
+            return ReliabilityComparison(settings) if self.scene.loose else None
         if any(model not in MODELS and outcome.status in unable for (model, _), outcome in ideal.items()):
             return None
         own, others, still = self.jobs
@@ -293,7 +304,8 @@ class Case:
             for which, outcome in unusable(outcomes).items():
                 return ReliabilityComparison(settings, missing=RunError(outcome, jobs[which]))
         base = ideal_scenes(self.scene, self.models[0])["base"]  # refined by other settings than the scene
-        runs = runs_by_model(self.scene, self.models, dense)
+        first, second = self.models
+        runs = runs_by_model(self.scene, self.models, dense) if dense else (judged[first], judged[second])
         ideals = runs_by_model(base, self.models, ideal)
         try:
             quantities = compare_reliability(
@@ -305,12 +317,12 @@ class Case:
 
 
 class LinkageCase(Case):
-    """A linkage to be compared as any two solvers, without reliability; further runs follow from these."""
+    """A linkage to be compared as any two solvers; further runs follow from the first."""
 
     @cached_property
     def jobs(self) -> tuple[Jobs, Jobs, Jobs]:
-        """Nothing that can start before the first runs are read."""
-        return {}, {}, {}
+        """The ideal runs, where there are any: others start when the first runs are read."""
+        return {}, {}, self.ideal
 
     def judge(self, outcomes: Outcomes) -> Validation:
         """Run both models, and compare them."""
@@ -323,10 +335,6 @@ class LinkageCase(Case):
             return Validation(self.refused(str(error)))
         runs = {model: program.runs for model, program in zip(self.models, programs, strict=True)}
         return Validation(replace(comparison, command=self.command), runs)
-
-    def reliability(self, dense: Outcomes, ideal: Outcomes) -> None:
-        """Return None: there is no ideal linkage beside it."""
-        del dense, ideal
 
 
 def _cases(

@@ -8,7 +8,6 @@ from typing import Any, Literal, NamedTuple
 from comparison.execution.run import describe
 from comparison.regression.check import COUNTERS_ELSEWHERE, Check, Gate, Kind
 from comparison.reliability.assessment import Assessment, Difference
-from comparison.reliability.errors import unit_of
 from comparison.reliability.tables import TableReliability
 from comparison.verdict.results import SceneComparison
 from comparison.words import differences
@@ -100,9 +99,10 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
             "verdict": reliability.verdict,
             "missing": missing(reliability),
             "bins": reliability.settings.bins,
+            "channels": reliability.settings.channels,
             "errors": reliability.settings.errors,
             "quantities": {
-                name: _quantity(name, dict(zip(labels, (own.a, own.b), strict=True)), own)
+                name: _quantity(dict(zip(labels, (own.a, own.b), strict=True)), own)
                 for name, own in reliability.quantities.items()
             },
         },
@@ -151,16 +151,15 @@ def reliability_mapping(result: TableReliability) -> dict[str, Any]:
         "missing": result.missing,
         "warnings": result.warnings,
         "quantities": {
-            name: _quantity(name, tables, differences.get(name))
-            for name, tables in result.by_quantity.items()
+            name: _quantity(tables, differences.get(name)) for name, tables in result.by_quantity.items()
         },
     }
 
 
-def _quantity(name: str, models: Mapping[str, Assessment], difference: Difference | None) -> dict[str, Any]:
+def _quantity(models: Mapping[str, Assessment], difference: Difference | None) -> dict[str, Any]:
     first = next(iter(models.values()))
     own = {
-        "unit": unit_of(name),
+        "unit": first.unit,
         "lower_limit": first.limits.lower,
         "upper_limit": first.limits.upper,
         "cap": first.cap,

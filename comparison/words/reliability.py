@@ -6,9 +6,10 @@ import numpy as np
 
 from comparison.execution.run import RunError
 from comparison.reliability.assessment import MARGIN, ROUNDING, Assessment, Difference, ReliabilityComparison
-from comparison.reliability.errors import MANY, QUANTITIES, unit_of
+from comparison.reliability.errors import MANY, QUANTITIES
 from comparison.reliability.tables import TableReliability
 from comparison.scene import Reliability
+from comparison.scene.linkage import LinkageReliability
 
 
 def rounded(value: float) -> str:
@@ -21,7 +22,9 @@ def missing(comparison: ReliabilityComparison) -> str:
     why = comparison.missing
     if isinstance(why, RunError):
         return f"a run failed: {why}"
-    return "" if why is None else str(why)
+    if why is None:
+        return "" if comparison.quantities else "the drive has no period, which only drive.speed_rpm gives"
+    return str(why)
 
 
 def line(comparison: ReliabilityComparison) -> str:
@@ -42,7 +45,11 @@ def notes(comparison: ReliabilityComparison) -> list[str]:
     """Return the notes on this scene's numbers: limits, cap, cycles."""
     if not comparison.quantities:
         return [f"Not available: {missing(comparison)}."]
-    return _notes(comparison.settings, {name: (d.a, d.b) for name, d in comparison.quantities.items()})
+    lines = _notes(comparison.settings, {name: (d.a, d.b) for name, d in comparison.quantities.items()})
+    if isinstance(comparison.settings, LinkageReliability):
+        names = ", ".join(comparison.settings.channels.values())
+        lines.insert(0, f"Errors of {names}, against the same linkage without clearance.")
+    return lines
 
 
 def _notes(settings: Reliability, quantities: Mapping[str, Sequence[Assessment]]) -> list[str]:
@@ -51,7 +58,7 @@ def _notes(settings: Reliability, quantities: Mapping[str, Sequence[Assessment]]
     for name, tables in quantities.items():
         limit, count = tables[0].limits, int(np.sum(np.all([own.capped for own in tables], axis=0)))
         lower = f"{limit.lower:g} to " if limit.lower else ""
-        limits.append(f"{name} {lower}{limit.upper:g} {unit_of(name)}")
+        limits.append(f"{name} {lower}{limit.upper:g} {tables[0].unit}")
         capped += [f"{name} in {count} of {tables[0].angle.size} parts"] if count else []
     caps = " or ".join(dict.fromkeys(f"{tables[0].cap:.10f}" for tables in quantities.values()))
     cycles = int(next(iter(quantities.values()))[0].cycles.max())
@@ -95,7 +102,7 @@ def table_rows(result: TableReliability, *, every: bool) -> list[tuple[str, ...]
                     rounded(own.reliability[k]),
                     rounded(low[k]),
                     rounded(high[k]),
-                    f"{own.mean[k]:.3g} {unit_of(name)}",
+                    f"{own.mean[k]:.3g} {own.unit}",
                     f"{own.deviation[k]:.3g}",
                 )
                 for k in (range(own.angle.size) if every else [own.worst])

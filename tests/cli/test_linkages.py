@@ -59,6 +59,44 @@ def test_two_corners_that_touch_at_once_are_listed_by_both_models(sixbar):
     assert page.count("G.ul") > 1  # of the table of contacts
 
 
+SICONOS = """\
+time,crank.angle,rod.angle,crank.omega,rod.omega
+0.0,0,0,150,-75
+0.0002,0.029959673,-.01497589,149.4694,-74.68017
+0.0004,0.059714601,-.02982676,147.9653,-73.75742
+0.0006,0.089083265,-.04443992,145.6284,-72.31609
+0.0008,0.11791778,-.05872289,142.6493,-70.47074
+0.001,0.14611001,-.07260708,139.2303,-68.34328
+0.0012,0.17359086,-.08604746,135.5567,-66.04563
+0.0014,0.20032508,-.09901952,131.7807,-63.67007
+0.0016,0.22630408,-.11151493,128.0166,-61.28654
+0.0018000000000000002,0.25153866,-.12353726,124.3445,-58.94429
+0.002,0.2760527,-.13509817,120.8161,-56.67554
+0.0022,0.29987813,-.14621444,117.4612,-54.49952
+0.0024,0.32305134,-.15690569,114.2948,-52.42612
+0.0026,0.34561051,-.16719285,111.3209,-50.45879
+"""
+"""The slider-crank of Flores, Leine and Glocker before its first contact, by Siconos' example SliderCrank.
+
+Every second row of SliderCrankMoreauJeanDirectProjectionOSI.ref, to seven digits or more.
+"""
+
+
+@pytest.mark.parametrize(("share", "verdict"), [(0.5, "agree"), (0.01, "differ")])
+def test_a_stored_table_of_others_is_judged_with_an_uncertainty_of_its_own(sixbar, share, verdict):
+    """Its method is of first order, with steps of 0.1 ms: u is half of what changes most in one of them."""
+    few = ("--set", "output.duration=2.6e-3", "--set", "output.samples=13")
+    for name, tolerance in (("a", 1e-10), ("finer", 1e-11)):
+        setting = f"solver.reference.tolerance={tolerance}"
+        sixbar("run", "slider-crank", "--model", "reference", *few, "--set", setting, "--out", f"{name}.csv")
+    sixbar.write("siconos.csv", SICONOS)
+    step = {"crank.angle": 0.015, "rod.angle": 0.0075, "crank.omega": 1.9, "rod.omega": 1.2}
+    sixbar.write("u.toml", "".join(f'"{name}" = {share * change}\n' for name, change in step.items()))
+    judged = "--finer-a", "finer.csv", "--u-b", "u.toml", "--channels", ",".join(step), "--json"
+    ended = sixbar("compare", "a.csv", "siconos.csv", *judged, code=int(verdict == "differ"))
+    assert json.loads(ended.out)["verdict"] == verdict
+
+
 def test_tables_of_a_linkage_are_compared_plotted_and_swept(sixbar):
     for model in ("reference", "exudyn"):
         sixbar("run", "four-bar", "--model", model, "--out", f"{model}.csv")

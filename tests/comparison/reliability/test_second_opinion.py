@@ -17,6 +17,7 @@ from comparison.reliability.assessment import assess
 from comparison.reliability.errors import slider_errors
 from comparison.scene import load_scene
 from comparison.tables.table import Table
+from comparison.verdict.validate import validate
 from reference_model import simulate
 
 QUANTITIES = {"displacement": "slider_y", "velocity": "slider_vy", "acceleration": "slider_ay"}
@@ -114,3 +115,36 @@ def test_reliabilities_and_peaks_of_a_cycle_are_those_of_a_second_computation(na
             # The peaks in question, in contacts, are the model's extrema: on few samples as well.
             if quantity == "acceleration" and name in ("central", "69GPa"):
                 assert abs(peak.value) == pytest.approx(size, rel=1e-3)
+
+
+def test_the_reliability_of_a_linkage_is_that_against_its_closed_form():
+    """Two parts of a turn of the slider-crank that is driven, with a contact in them."""
+    values = {"drive.cycles": 0.1, "reliability.bins": 20, "reliability.acceleration.upper": 40.0}
+    scene = load_scene("slider-crank-driven", values)
+    (judged,) = validate(scene, n_jobs=0)
+    dense = scene.with_values({"output.samples_per_cycle": 40_000, "output.groups": ["accelerations"]})
+    run = simulate(dense.data)
+    assert len(run.events["start"])
+    w, crank, rod = 10 * np.pi, 0.05, 0.12
+    time = run.columns["time"]
+    s, c = np.sin(w * time), np.cos(w * time)
+    root = np.sqrt(rod**2 - (crank * s) ** 2)
+    slope = crank**2 * s * c / root
+    ideal = {
+        "displacement": crank * c + root,
+        "velocity": -w * (crank * s + slope),
+        "acceleration": -(w**2) * (crank * c + (crank**2 * (c**2 - s**2) + slope**2) / root),
+    }
+    channels = dict(zip(ideal, ("slider.x", "slider.vx", "slider.ax"), strict=True))
+    results = judged.comparison.reliability.quantities
+    assert scene.reliability.channels == channels
+    assert list(results) == list(ideal)
+    for quantity, known in ideal.items():
+        size = np.abs(run.columns[channels[quantity]] - known)
+        parts = np.array([size[:2001], size[2000:]])
+        mean, square = (simpson(each, dx=1 / 2000, axis=-1) for each in (parts, parts**2))
+        limit, both = getattr(scene.reliability, quantity).upper, results[quantity]
+        right = norm.cdf((limit / 2 - mean) / np.sqrt((limit / 6) ** 2 + square - mean**2))
+        for ours in (both.a, both.b):
+            assert ours.reliability == pytest.approx(right, abs=1e-3)
+        assert both.verdict != "differ"

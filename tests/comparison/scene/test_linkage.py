@@ -12,6 +12,7 @@ def test_the_complete_mapping_has_points_and_defaults() -> None:
     assert scene.data["body"]["coupler"]["points"]["end"] == [0.4, 0.0]
     assert scene.data["solver"]["reference"]["formulation"] == "multiplier"
     assert scene.name == "four-bar+body.coupler.length=0.4"
+    assert scene.reliability.channels["velocity"] == "rocker.omega"
     assert scene.duration == 1.0
 
 
@@ -79,6 +80,9 @@ def test_a_new_file_is_its_linkage(name, tmp_path) -> None:
         ("output.duration", 1.0, "is for a linkage without drive.speed_rpm"),
         ("output.groups", ["corners"], "must be 'accelerations', 'contacts', 'joints' or"),
         ("initial.crnk.omega", 1.0, "is no body; did you mean crank?"),
+        ("reliability.of", "coupler.z", "'coupler.z' must be BODY.x, BODY.y or BODY.angle"),
+        ("reliability.of", "couplr.x", "is no body; did you mean coupler?"),
+        ("reliability.velocity.lower", 1.0, "reliability.velocity.lower = 1.0 m/s must be < upper = 0.02"),
         ("load", {"body": "coupler", "table": [[0.0, 1.0]]}, "must begin with [0, 0]"),
         ("joints.slider", "ideal", "joints is for the press: a scene with [body] has none"),
         ("contact.exponent", 2.0, "contact = {'exponent': 2.0} is for a linkage with a table clearance"),

@@ -47,6 +47,7 @@ def test_two_models_of_a_free_linkage_are_judged(name, pendulum, fake_models, gr
     assert comparison.tight is None
     assert comparison.channels["rod.x"].scale == 1.0
     assert comparison.channels["rod.angle"].scale == 1.0
+    assert comparison.reliability is None  # without clearance
     # Both runs, three settings each, and two moved starts at the coarser one.
     text = fake_models.read_text()
     assert text.count("reference ") >= 5
@@ -73,6 +74,7 @@ def test_two_models_with_clearances_are_judged_by_their_gaps_and_list_their_cont
         page = render([comparison], title="t", command="c")
         assert "O normal" in page
         assert "G.ul" in page
+        assert "Not available: the drive has no period" in page
     assert [list(events["corner"]) for events in comparison.events] == [["O", "G.ul"]] * 2
     assert "reference 9.81" in fake_models.read_text()
     assert moved_states(scene)[2:] == ["O.x", "O.y", "G.offset", "G.tilt"]
