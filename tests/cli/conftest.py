@@ -22,6 +22,9 @@ from platformdirs import user_cache_path
 from comparison.cli import main
 from comparison.execution.pool import kept_workers
 
+OF_THE_COMMAND = {"PATH", "COLUMNS", "HOME", "USERPROFILE"}
+"""Variables that a command reads, and a model's run does not."""
+
 
 class Ended(NamedTuple):
     """What is left of a command."""
@@ -50,16 +53,16 @@ class Sixbar:
     def __call__(self, *arguments, code=0, **variables):
         """Run a command in this process and require its exit code.
 
-        With variables or packages of its own it is a process: workers that live on would not see these.
+        With packages or other variables of its own it is a process: workers that live on would not see these.
         """
-        if variables or len(self.sites) > 1:
+        if variables.keys() - OF_THE_COMMAND or len(self.sites) > 1:
             self.last = self.process(*map(str, arguments), code=code, env=variables)
             return self.last
         out, err = io.StringIO(), io.StringIO()
         with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
             patch.chdir(self.folder)
             patch.setattr(sys, "path", [*self.sites, *sys.path])
-            for name, value in self.environment.items():
+            for name, value in (self.environment | variables).items():
                 patch.setenv(name, value)
             self.last = Ended(main([*map(str, arguments)]), out.getvalue(), err.getvalue())
         assert "Traceback" not in self.last.out + self.last.err
@@ -148,6 +151,7 @@ def make(tmp_path_factory):
     kernels = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("SIXBAR_CACHE_DIR") or user_cache_path()
     cache = tmp_path_factory.mktemp("cache")
     variables = {"SIXBAR_CACHE_DIR": str(cache), "NUMBA_CACHE_DIR": str(kernels), "COLUMNS": "2000"}
+    variables["PRESSES_LOG"] = str(cache / "log")
     return lambda: Sixbar(tmp_path_factory.mktemp("here"), variables, site)
 
 

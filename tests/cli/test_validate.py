@@ -1,6 +1,7 @@
 """`sixbar validate`: verdicts, exit codes, files. The models are those of `presses`, but in one test."""
 
 import re
+from pathlib import Path
 
 import pytest
 
@@ -169,11 +170,11 @@ def test_changed_keys_reach_the_runs_the_name_and_the_command(sixbar):
 @pytest.fixture
 def counted(sixbar):
     """What gives a command and returns how many runs it made."""
-    log = sixbar.folder / "log"
+    log = Path(sixbar.environment["PRESSES_LOG"])
 
-    def count(*arguments, **variables):
+    def count(*arguments):
         log.write_text("")
-        sixbar("validate", *arguments, *PAIR, "-q", PRESSES_LOG=str(log), **variables)
+        sixbar("validate", *arguments, *PAIR, "-q")
         return len(log.read_text().splitlines())
 
     return count

@@ -10,6 +10,7 @@ import pytest
 from installed import write_package
 
 from comparison.cli.console import Lines
+from comparison.execution.pool import kept_workers
 from comparison.models import ROOT
 from comparison.scene import load_scene
 from comparison.tables.table import Table
@@ -81,7 +82,8 @@ def _fakes(folder, monkeypatch):
     log = folder / "log"
     monkeypatch.setenv("SIXBAR_TEST_LOG", str(log))
     log.touch()
-    yield log
+    with kept_workers():  # nothing that they import changes meanwhile
+        yield log
     for name in ("reference_model", "exudyn_model"):
         sys.modules.pop(name, None)  # this process may have imported the fake; the real one is put back
 

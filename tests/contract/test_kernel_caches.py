@@ -18,14 +18,12 @@ IMPORTS = {
     "exudyn_model": "from exudyn_model.kernels import entry as kernel, kernel as inner, seal\n",
 }
 SCALE = "@inner\ndef scale(x):\n    return 3.0 * x\n"
+KERNEL = "@kernel\ndef {}(x):\n    return scale(x)\n"
 CALLER = """
-@kernel
-def scaled(x):
-    return scale(x)
-
 import numba
 assert "cache" not in numba.config.CACHE_DIR  # numba's own setting is left alone
-print(scaled(2.0), sum(getattr(scaled, "compiled", scaled).stats.cache_hits.values()))
+for each in [{}]:
+    print(each(2.0), sum(each.stats.cache_hits.values()))
 seal()
 """
 
@@ -39,40 +37,45 @@ DAMAGES = {
     "cut": lambda content: content[: len(content) // 2],
     "emptied": lambda content: content[:0],
     "zeroed": lambda content: bytes(len(content)),
-    "one bit": flipped,
+    "bit": flipped,
 }
 
 
-def call(package, folder, cache, *, scale=SCALE, value=6.0, env=None):
-    """Call a kernel in a process; whether it came from the cache, and what stderr says.
+def call(package, folder, cache, *names, scale=SCALE, value=6.0, env=None):
+    """Call kernels in a process; whether they all came from the cache, of several each, and its stderr.
 
-    The kernel is in a file of ``folder``; ``cache`` is its SIXBAR_CACHE_DIR, ``env`` more of its environment,
-    ``scale`` the text that defines or imports the function which the kernel calls with 2, to get ``value``.
+    They are in a file of ``folder``; ``cache`` is its SIXBAR_CACHE_DIR, ``env`` more of its environment,
+    ``scale`` the text that defines or imports the function which they call with 2, to get ``value``.
     """
-    script, text = folder / "caller.py", IMPORTS[package] + scale + CALLER
+    names = names or ("scaled",)
+    script, kernels = folder / "caller.py", "".join(map(KERNEL.format, names))
     if not script.exists():
-        script.write_text(text)
+        script.write_text(IMPORTS[package] + scale + kernels + CALLER.format(", ".join(names)))
     usual = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
     environment = {**usual, "PYTHONPATH": PATH, "SIXBAR_CACHE_DIR": str(cache), **(env or {})}
     command = [sys.executable, str(script)]
     done = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    returned, hits = done.stdout.split()
-    assert float(returned) == value
-    return hits == "1", done.stderr
+    returned, hits = zip(*(line.split() for line in done.stdout.splitlines()), strict=True)
+    assert [*map(float, returned)] == [value] * len(names)
+    stored = dict(zip(names, (hit == "1" for hit in hits), strict=True))
+    return stored if len(names) > 1 else stored[names[0]], done.stderr
 
 
-def files(cache, suffix="nb[ic]"):
-    return sorted(cache.rglob(f"caller.*{suffix}"))
+def files(cache, suffix="nb[ic]", name="*"):
+    return sorted(cache.rglob(f"caller.{name}-*.{suffix}"))
 
 
 def test_a_damaged_file_is_compiled_anew_and_what_replaces_it_is_trusted(package, tmp_path):
-    cache = tmp_path / "cache"
-    call(package, tmp_path, cache)
-    for suffix, (name, damage) in product(("nbc", "nbi"), DAMAGES.items()):
-        (path,) = files(cache, suffix)
-        path.write_bytes(damage(path.read_bytes()))
-        assert [call(package, tmp_path, cache)[0] for _ in range(2)] == [False, True], (suffix, name)
+    cache, damages = tmp_path / "cache", [*product(("nbc", "nbi"), DAMAGES)]
+    names = ["sound", *map("_".join, damages)]
+    call(package, tmp_path, cache, *names)
+    for suffix, damage in damages:
+        (path,) = files(cache, suffix, f"{suffix}_{damage}")
+        path.write_bytes(DAMAGES[damage](path.read_bytes()))
+    first, second = (call(package, tmp_path, cache, *names)[0] for _ in range(2))
+    assert first == dict.fromkeys(names, False) | {"sound": True}
+    assert second == dict.fromkeys(names, True)
 
 
 def test_processes_that_compile_at_once_leave_one_cache(package, tmp_path):
@@ -104,10 +107,8 @@ def test_an_empty_variable_is_one_that_is_not_set(package, tmp_path):
 
 def test_where_nothing_can_be_stored_a_process_compiles_and_says_so_in_one_warning(package, tmp_path):
     (tmp_path / "file").touch()
-    for _ in range(2):
-        stored, err = call(package, tmp_path, tmp_path / "file")
-        assert not stored
-        assert err.count("RuntimeWarning") == 1
-        assert str(tmp_path / "file") in err
-        assert "SIXBAR_CACHE_DIR" in err
+    _, err = call(package, tmp_path, tmp_path / "file")
+    assert err.count("RuntimeWarning") == 1
+    assert str(tmp_path / "file") in err
+    assert "SIXBAR_CACHE_DIR" in err
     assert not files(tmp_path)
