@@ -121,7 +121,7 @@ def page(results: Results) -> Mapping[str, object]:
         "angles_likely": {model: share(each[1]) for model, each in by_chance.items()},
         "settings": {default: _by_setting(predicted, judged, own) for default, own in by_default},
         "equal": _equal_pairs(results.runs.solver),
-        "ours": " and ".join(quantity(abs(predicted.at[each, MODELS[0]]), "m", 4) for each in POISSON_PAIR),
+        "ours": " and ".join(quantity(x, "m", 4) for x in predicted[MODELS[0]].abs()[list(POISSON_PAIR)]),
         "solver": _solver(results.runs.solver),
         "forms": _forms(results.tried),
         "left_out": results.tried[results.tried["why"] != ""].drop_duplicates(["variant", "why"]),
