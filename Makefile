@@ -41,9 +41,7 @@ $(VENV)/.developed: $(VENV)/.installed
 validate: $(VENV)/.installed
 	$(BIN)/sixbar validate
 
-# Kernels first: the processes of the tests would each compile them.
 test: $(VENV)/.developed
-	$(BIN)/python tests/helpers/compile_kernels.py
 	$(BIN)/python -m pytest $(SPREAD)
 
 test-slow: $(VENV)/.developed
