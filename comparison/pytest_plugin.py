@@ -137,9 +137,13 @@ class _Pair:
             self.obtained,
             scene=self.arguments["scene"],
             mapping=self.mapping,
-            labels=(label, self.labels[1]),
+            labels=(label, "obtained"),
             **self.arguments["options"],
         )
+
+    def passes(self, result: SceneComparison) -> bool:
+        """Return whether a verdict is no failure."""
+        return result.verdict == "agree" or (self.allow_indeterminate and result.verdict == "indeterminate")
 
     def failure(self) -> str:
         """Return why the test fails, empty if it passes; write or delete the files of a failure."""
@@ -147,10 +151,10 @@ class _Pair:
         from comparison.words.verdicts import reason, why
 
         try:
-            result = self.compare(self.expected, self.labels[0])
+            result = self.compare(self.expected, "expected")
         except TableError as error:
             return "\n".join([f"cannot compare: {error}", *self.write_obtained(None)])
-        if result.verdict == "agree" or (result.verdict == "indeterminate" and self.allow_indeterminate):
+        if self.passes(result):
             self.remove_obtained()
             return ""
         on = "" if result.scene is None else f" on scene {result.name!r}"
@@ -184,6 +188,8 @@ class _Pair:
                 lines.append(f"  report: {page}")
         except (TableError, OSError) as error:
             return [f"  obtained: {error}"]
+        if result is not None and result.verdict == "indeterminate":  # an update would be refused
+            return lines
         return [*lines, f"  to accept it: pytest --sixbar-update {shlex.quote(self.test)}"]
 
     def remove_obtained(self) -> None:
@@ -208,11 +214,12 @@ class _Pair:
             raise TableError(f"{path}: a Parquet file states no units, {self.labels[1]} does: name it .csv")
         with TemporaryDirectory() as folder:
             try:
-                result = self.compare(_write(table, Path(folder, path.name)), self.labels[1])
+                result = self.compare(_write(table, Path(folder, path.name)), "expected")
             except TableError as error:
                 raise TableError(f"{str(error).replace(folder, '')}; {path} is not written") from None
-        if result.verdict == "differ":
-            raise TableError(f"{path} is not written: read again, it would differ: {why(result)}")
+        if not self.passes(result):
+            verdict = {"differ": "differ"}.get(result.verdict, "be indeterminate")
+            raise TableError(f"{path} is not written: read again, it would {verdict}: {why(result)}")
         _write(table, path)
         self.remove_obtained()
 

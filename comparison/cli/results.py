@@ -236,20 +236,18 @@ def verdict_lines(comparisons: Sequence[SceneComparison], *, verbose: bool = Fal
     """Return one line per scene and tier, below a heading; with their reasons below each if verbose."""
     tiers = [(scene.name, tier) for scene in comparisons for tier in scene.tiers]
     known = any(tier.has_u for _, tier in tiers)  # by a tolerance all samples are judged
-    ends = any(tier.has_u and tier.scene is None for _, tier in tiers)
     rows = [
         (
             name if len(name) <= _BESIDE else "",
             tier.tier,
             tier.verdict,
-            *([percent(tier.coverage).replace(NO_BREAK, " ")] if known else []),
-            *([words.round_down(tier.until)] if ends else []),
+            *([percent(tier.coverage).replace(NO_BREAK, " "), words.round_down(tier.until)] if known else []),
             MISSING if tier.decisive is None else number(tier.decisive.ratio, 2),
             "" if verbose and not tier.error else _note(tier),
         )
         for name, tier in tiers
     ]
-    numbers = (*["coverage"] * known, *["until (s)"] * ends, ratio_name(comparisons))
+    numbers = (*["coverage", "until (s)"] * known, ratio_name(comparisons))
     headings = ("scene", "tier", "verdict", *numbers, "")
     heading, *lines = columns([headings, *rows], right=range(3, 3 + len(numbers)), verdict=2)
     shown = [heading]

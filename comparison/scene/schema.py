@@ -232,7 +232,7 @@ class Friction(Section):
     """Modified Coulomb friction, Eqs. 12-13: zero below the static speed, full above the transition speed."""
 
     coefficient: Annotated[NotNegative, TABLE_2]
-    """Coefficient mu of Coulomb friction (dynamic, kinetic)."""
+    """Coefficient mu of Coulomb friction (dry, dynamic, kinetic)."""
     static_speed: Annotated[NotNegative, M_S, TABLE_2]
     """Sliding speed v0 below which there is no friction."""
     transition_speed: Annotated[Positive, M_S, TABLE_2]

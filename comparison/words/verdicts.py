@@ -181,7 +181,7 @@ def threshold_name(channel: ChannelComparison) -> str:
 
 
 def scene_reason(scene: SceneComparison, *, brief: bool = False) -> str:
-    """Return the reason of a scene's verdict; if brief, without what indeterminate channels or time lack."""
+    """Return the reason of a scene's verdict; if brief, without what time and indeterminate channels lack."""
     if scene.error:
         return scene.error if scene.scene is None else f"scene {scene.name!r}: {scene.error}"
     if not isnan(scene.allowed_shift):
@@ -211,8 +211,9 @@ def scene_reason(scene: SceneComparison, *, brief: bool = False) -> str:
     elif agreeing:  # by the limits of a gate
         text += f": {reason(agreeing[0])}"
     text += f"; {plain_percent(scene.coverage)} of all samples are predictable" if scene.has_u else ""
-    if unsettled and not brief:
-        text += f"; indeterminate: {', '.join(f'{c.channel} ({reason(c)})' for c in unsettled)}"
+    if unsettled:
+        names = [c.channel if brief else f"{c.channel} ({reason(c)})" for c in unsettled]
+        text += f"; indeterminate: {', '.join(names)}"
     return text
 
 
