@@ -87,7 +87,8 @@ class Command:
             except subprocess.TimeoutExpired:
                 raise SolverError(f"stopped after {limit:g} s: {self.text}") from None
             except OSError as error:
-                raise SolverError(f"cannot be run: {error.strerror}: {self.text}") from error
+                missing = isinstance(error, FileNotFoundError) and f"no program {words[0]!r} on the PATH"
+                raise SolverError(f"cannot be run: {missing or error.strerror}: {self.text}") from error
             if done.returncode:
                 said = (done.stderr or done.stdout).decode(errors="replace").split("\n")
                 last = next((line.strip() for line in reversed(said) if line.strip()), "no message")

@@ -122,8 +122,8 @@ def _match(one: Column, other: Column) -> Guess | None:
     options: list[tuple[str, ...]] = [()] * (one.unit == other.unit)
     if known:
         options = [*product(*(_units(column, channels()[known[0]].unit) for column in (one, other)))]
-    elif one.unit and other.unit and same_dimension(parse_unit(one.unit), parse_unit(other.unit)):
-        options = [(one.unit, other.unit)]
+    elif stated := one.unit or other.unit:  # by one at least
+        options += product(*(_units(column, stated) for column in (one, other)))
     sign = 1 if np.mean(one.numbers * other.numbers) >= 0 else -1
 
     def guess(units: tuple[str, ...]) -> Guess:

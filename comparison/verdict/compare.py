@@ -85,7 +85,10 @@ def compare(
     warnings = (*warnings, *_check_rows(labels, (a.base.time, b.base.time)))
     warnings += tuple(f"{label}: {line}" for label, runs in labelled for line in contact_warnings(runs.base))
     if aligned.interpolated and a.finer is not None and b.finer is not None:
-        raise TableError(f"{labels[0]} and {labels[1]}: runs with uncertainties must have the same times")
+        raise TableError(
+            f"{labels[0]} and {labels[1]}: runs with uncertainties must have the same times: write "
+            "both with one output step, or state --tolerance, by which tables are interpolated"
+        )
     limits = thresholds(tier)
     period = criteria.period if scene is None else scene.period
     known = a.base.known | b.base.known

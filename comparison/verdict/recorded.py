@@ -287,5 +287,6 @@ def _assumptions(label: str, program: ProgramRuns) -> tuple[str, ...]:
         parts.append("without perturbed runs its uncertainty leaves out how neighbouring motions diverge")
     if program.coarser is not None and program.known_refinement is None:
         factor, order = program.runs.refinement
-        parts.append(f"factor {factor:g} between its settings and order {order:g} of its error are assumed")
+        assumed = f"factor {factor:g} between its settings and order {order:g} of its error are assumed"
+        parts.append(f"{assumed} (--refinement)")
     return (f"{label}: {'; '.join(parts)}",) if parts else ()

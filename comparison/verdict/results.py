@@ -422,8 +422,9 @@ class SceneComparison:
     demand: float | str | None = None  # until when the two have to agree, s, or "any"
 
     def __repr__(self) -> str:
-        """Return name and verdict, not the numbers."""
-        return f"SceneComparison({self.name!r}, {self.tier!r}, {self.verdict!r}, {len(self.channels)})"
+        """Return name, verdict and times, not the curves."""
+        times = f"until={self.until:.6g}, since={self.since:.6g}, channels={len(self.channels)}"
+        return f"SceneComparison({self.name!r}, {self.tier!r}, {self.verdict!r}, {times})"
 
     def report(self, path: str | Path) -> Path:
         """Write the report, one HTML file, and return its path; an `OSError` if it cannot be written."""
@@ -472,6 +473,13 @@ class SceneComparison:
     def until(self) -> float:
         """Until when the states that are judged, else all channels, are predictable, s; nan without u."""
         return nan if (first := self.first_unpredictable) is None else first.until
+
+    @property
+    def since(self) -> float:
+        """From when on the two differ, s; nan if they do not, or by the limits of a gate alone."""
+        return min(
+            (c.differs_from for c in self.with_verdict("differ") if not isnan(c.differs_from)), default=nan
+        )
 
     @property
     def first_unpredictable(self) -> ChannelComparison | None:

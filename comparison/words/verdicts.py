@@ -45,8 +45,8 @@ _REASONS = {
     Basis.FEW_JUDGED: "{count} predictable samples are non-zero, required: at least {least.least_judged}",
     Basis.FEW_OUTSIDE: "{c.outside} of {count} predictable samples are outside their threshold: too many to "
     "agree, {few} that show a difference",
-    Basis.LARGEST: "at t = {at} s the difference is {difference}, {least.k:g} times the largest uncertainty "
-    "of all times {threshold}",
+    Basis.LARGEST: "at t = {at} s the difference is {difference}, the threshold, {least.k:g} times the "
+    "largest uncertainty of all times, {threshold}",
     Basis.SAMPLES: "{c.outside} of {count} {judged} are outside {what}, {nearest} at t = {at} s: the "
     "difference{late} is {difference}, the threshold {threshold}",
 }
@@ -142,21 +142,20 @@ def until(channel: ChannelComparison) -> str:
 def agreement(scene: SceneComparison) -> str:
     """Return until when two results agree, or since when they differ; "" where their coverage says enough.
 
-    As "until 24 s of 40: nobody said that this is enough (--until)".
+    As "until 24 s of 40: state by --until how long is enough".
     """
     demand = scene.demand
     if scene.scene is not None and demand is None:
         return ""
     if scene.verdict == "differ":
-        starts = [c.differs_from for c in scene.with_verdict("differ") if not isnan(c.differs_from)]
-        return f"from {number(min(starts), 2)} s on" if starts else ""
+        return "" if isnan(scene.since) else f"from {number(scene.since, 2)} s on"
     if scene.verdict != "agree" or isnan(scene.until):
         return ""
     end = float(scene.time[-1])
     text = f"until {round_down(scene.until)} s of {instant(end)}" if scene.until < end else ""
     if scene.enough:
         return text
-    lacks = "nobody said that this is enough (--until)" if demand is None else f"{demand:g} s are demanded"
+    lacks = "state by --until how long is enough" if demand is None else f"{demand:g} s are demanded"
     return f"{text or f'until {instant(end)} s'}: {lacks}"
 
 
