@@ -58,7 +58,8 @@ def model(name):
         if log := os.environ.get("PRESSES_LOG"):
             with Path(log).open("a") as file:
                 file.write(f"{name} {does} {os.getpid()} {scene['output']}\n")
-            progress(0.5)
+            if progress:
+                progress(0.5)
         if does == "die":
             os._exit(3)
         if does == "exit":

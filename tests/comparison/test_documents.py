@@ -17,7 +17,7 @@ def test_no_paragraph_is_longer_than_80_words_and_no_cell_than_30(page):
         if block.lstrip().startswith("|"):
             parts, most = re.split(r"(?<!\\)\||\n", block), 30
         else:
-            parts, most = re.split(r"\n(?=[-*] )", block), 80
+            parts, most = re.split(r"\n(?=[-*] |\d+\. )", block), 80
         for part in parts:
             assert len(part.split()) <= most, part
 

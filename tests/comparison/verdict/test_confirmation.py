@@ -139,5 +139,8 @@ def test_further_runs_from_files_are_an_ensemble(members, wave, spread, outcome)
         a, b = (replace(of, perturbed=[of.base, of.base, *of.perturbed[2:]]) for of in (a, b))
     result = compare_recorded(a, b, scene=None, labels=("a", "b"))
     assert (result.confirmation.outcome, result.confirmation.members) == (outcome, (members, members))
-    assert "a: factor 2 between its settings and order 2 of its error are assumed (--refinement)" in result.warnings
+    assert (
+        "a: factor 2 between its settings and order 2 of its error are assumed (--refinement)"
+        in result.warnings
+    )
     assert result.verdict == ("agree" if outcome == "underestimated" else "differ")
