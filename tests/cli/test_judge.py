@@ -293,7 +293,7 @@ def test_the_error_of_a_file_for_compare(sixbar):
         ("[start]", "[mapping]\ncolums = {}\n[start]", "mapping: colums is not a known key; did you mean"),
         ("[start]", "[mapping]\ncompare = ['z']\n[start]", "'z' is not a channel"),
         ("side.b", "side.c", "side.b is missing"),
-        ("python", "no-such-program", "a, tolerance 1e-06: cannot be run: no program 'no-such-program' on the PATH"),
+        ("python", "no-such-program", "a, tolerance 1e-06: cannot be run: no program 'no-such-program'"),
         ("a.py", "b.py", "a, tolerance 1e-06: ended with code 2: "),
         ("{out}", "{out}.csv", "has written no table to {out}"),
         ("[start]", "[[start]]", "start = "),
