@@ -176,14 +176,13 @@ def test_the_page_of_the_paper_counts_what_its_tables_say(folder):
         in summary
     )
     # One setting of the paper's solver in a small study: its errors are those of all.
-    assert re.search(
-        rf"code's errors, {gravity[1]} to {gravity[1]} \(chance .*\) and {none[1]} to {none[1]} \(", summary
-    )
+    counts = rf"{gravity[1]} to {gravity[1]} \(.*\) \| {none[1]} to {none[1]} \("
+    assert re.search(rf"with u_D by one default tolerance .* \| {counts}", text)
     instants = pd.read_csv(beside / "instants.csv")
     peaks = instants[instants["random"].notna() & (instants["at"] > 0) & (instants["hypothesis"] == "none")]
     # The acceleration at 150 rpm is printed with either sign.
     assert len(peaks.drop_duplicates(["scene", "quantity"])) == 21
-    assert "of 20 printed peak instants" in summary
+    assert "Of 20 printed peak instants" in summary
     shipped = forms.groupby("id")["median"].transform("first")  # of the same draws
     assert forms["change"].to_numpy() == pytest.approx((forms["median"] - shipped).to_numpy(), nan_ok=True)
 
