@@ -6,6 +6,7 @@ within the clearances.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from math import degrees, pi, remainder
 
 from comparison.accuracy.levels import coarser, finer, refinement, setting_key, thresholds
 from comparison.accuracy.refine import usable_table
@@ -19,6 +20,7 @@ from comparison.tables.arguments import as_source
 from comparison.tables.channels import expected, known_channels
 from comparison.tables.dialect import Source
 from comparison.tables.mapping import Mapping
+from comparison.tables.table import TableError
 from comparison.verdict.pair import Demand, Pair, PairKeys, Solver, Solvers, Start
 from comparison.verdict.recorded import ProgramRuns
 from comparison.verdict.results import SceneComparison
@@ -68,12 +70,29 @@ class LinkagePair(Pair):
             side, rigid = family[0].side, not self.keys.start.states
             refined = side.factor, side.order
             programs.append(ProgramRuns(base, finer, coarser, perturbed, refined, rigid))
+        _check_assembly(programs, [side.label for side in self.sides])
         return tuple(programs), ()
 
     def _compare(self, programs: Sequence[ProgramRuns], warnings: tuple[str, ...]) -> SceneComparison:
         result = super()._compare(programs, warnings)
         events = result.events if self.scene.loose else (None, None)
         return replace(result, description=self.scene.description, ran=self.scene, events=events)
+
+
+def _check_assembly(programs: Sequence[ProgramRuns], models: Sequence[str]) -> None:
+    """Raise a `TableError` where the models begin in different positions: it has more than one."""
+    first, second = (program.base.frame.iloc[0] for program in programs)
+    for name in first.index.intersection(second.index):
+        body, _, key = str(name).rpartition(".")
+        if key == "angle" and abs(remainder(first[name] - second[name], 2 * pi)) > 1e-3:  # rad
+            both = " and ".join(
+                f"{degrees(at):.6g} deg ({model})"
+                for at, model in zip((first[name], second[name]), models, strict=True)
+            )
+            raise TableError(
+                f"the models assemble the linkage in different positions: {body} starts at {both}; state "
+                f"[guess.{body}] angle_deg, also of the bodies beside it"
+            )
 
 
 def moved_states(scene: Scene) -> list[str]:
