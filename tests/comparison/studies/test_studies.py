@@ -172,7 +172,7 @@ def test_the_page_of_the_paper_counts_what_its_tables_say(folder):
     assert len(words) <= 120
     summary = " ".join(words)
     assert (
-        f" {gravity[0]} would lie in our intervals (95 % of draws) with gravity, {none[0]} without;"
+        f" {gravity[0]} would lie in our intervals (95 % of draws) with gravity, {none[0]} without; "
         in summary
     )
     # One setting of the paper's solver in a small study: its errors are those of all.
@@ -182,7 +182,7 @@ def test_the_page_of_the_paper_counts_what_its_tables_say(folder):
     peaks = instants[instants["random"].notna() & (instants["at"] > 0) & (instants["hypothesis"] == "none")]
     # The acceleration at 150 rpm is printed with either sign.
     assert len(peaks.drop_duplicates(["scene", "quantity"])) == 21
-    assert "Of 20 printed peak instants" in summary
+    assert "of 20 printed peak instants" in summary
     shipped = forms.groupby("id")["median"].transform("first")  # of the same draws
     assert forms["change"].to_numpy() == pytest.approx((forms["median"] - shipped).to_numpy(), nan_ok=True)
 
