@@ -423,8 +423,8 @@ class SceneComparison:
 
     def __repr__(self) -> str:
         """Return name, verdict and times, not the curves."""
-        times = f"until={self.until:.6g}, since={self.since:.6g}, channels={len(self.channels)}"
-        return f"SceneComparison({self.name!r}, {self.tier!r}, {self.verdict!r}, {times})"
+        times = f"until={self.until:.3g}, since={self.since:.3g}"
+        return f"SceneComparison({self.name!r}, {self.verdict!r}, {times})"
 
     def report(self, path: str | Path) -> Path:
         """Write the report, one HTML file, and return its path; an `OSError` if it cannot be written."""
