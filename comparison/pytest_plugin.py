@@ -218,8 +218,8 @@ class _Pair:
             except TableError as error:
                 raise TableError(f"{str(error).replace(folder, '')}; {path} is not written") from None
         if not self.passes(result):
-            verdict = {"differ": "differ"}.get(result.verdict, "be indeterminate")
-            raise TableError(f"{path} is not written: read again, it would {verdict}: {why(result)}")
+            would = "differ" if result.verdict == "differ" else "be indeterminate"
+            raise TableError(f"{path} is not written: read again, it would {would}: {why(result)}")
         _write(table, path)
         self.remove_obtained()
 

@@ -89,6 +89,11 @@ def test_an_expected_table_through_its_life_in_the_example_of_a_repository(pytes
     assert not left.exists()
     run(pytester, passed=1)
     assert sorted(path.name for path in expected.parent.iterdir()) == ["new.csv"]
+    # Neither is what nothing limits: the next run would fail.
+    test.write_text(EXAMPLE.replace(", tolerance=1e-3", ""), "utf-8")
+    output = run(pytester, "--sixbar-update", failed=1)
+    assert "is not written: read again, it would be indeterminate" in output
+    assert expected.read_bytes() == obtained
 
 
 def test_the_version_is_the_same_where_it_stands():
