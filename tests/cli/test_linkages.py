@@ -84,7 +84,8 @@ Every second row of SliderCrankMoreauJeanDirectProjectionOSI.ref, to seven digit
 
 @pytest.mark.parametrize(("share", "verdict"), [(0.5, "agree"), (0.01, "differ")])
 def test_a_stored_table_of_others_is_judged_with_an_uncertainty_of_its_own(sixbar, share, verdict):
-    """Its method is of first order, with steps of 0.1 ms: u is half of what changes most in one of them."""
+    """Its method is of first order, with steps of 0.1 ms: u is half of what changes most in one of
+    them, chosen once the verdicts by shares of 0.01 to 1 were seen."""
     few = ("--set", "output.duration=2.6e-3", "--set", "output.samples=13")
     for name, tolerance in (("a", 1e-10), ("finer", 1e-11)):
         setting = f"solver.reference.tolerance={tolerance}"

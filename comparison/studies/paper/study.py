@@ -85,7 +85,7 @@ def page(results: Results) -> Mapping[str, object]:
     peaks = peaks[(ways == 1).all(axis=1)].drop_duplicates(places)  # printed in two ways counts for neither
     near = {f"within {100 * each:g} % of a cycle": peaks["reach"] == each for each in REACHES}
     pin, fast = peaks["scene"] == runs.PIN, peaks["quantity"] != "peak_displacement_error"
-    some = {"": ~pin | pin, "velocities and accelerations, ": fast}
+    some = {"": pin.notna(), "velocities and accelerations, ": fast}
     some["velocities and accelerations, less those with clearance at the crank pin, "] = fast & ~pin
     some["less poisson-0.33, a near copy, "] = peaks["scene"] != ledger.POISSON
     timed = {part + name: _agreeing(peaks[a & b]) for part, a in some.items() for name, b in near.items()}

@@ -29,7 +29,7 @@ from comparison.studies.trust import adjudication, distributions, population
 from comparison.studies.trust.faults import KINDS, Fault, catalogue, installed, scenes
 from comparison.studies.trust.judge import Comparison, detected, measure_tasks, trials
 
-SCENES = 200  # half of them at both tiers: 1.4 h of processor time; 0 alarms of 270 decided are at most 1.1 %
+SCENES = 200  # half of them at both tiers: 1.3 h of processor time; no alarm of 270 is at most 1.1 %
 MEMBERS = 64  # runs in an ensemble
 RANDOM, CONTROL, FAULT, ENSEMBLES = "random scene", "no fault", "fault", "ensembles"
 """Groups of rows of the table."""
