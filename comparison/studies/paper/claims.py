@@ -50,14 +50,15 @@ class Verdict(StrEnum):
 
     SUPPORTED = "supported"
     CONTRADICTED = "contradicted"
+    NONE = "without effect"
     UNDECIDED = "undecided"
     UNDECIDABLE = "undecidable"  # by any run: the print leaves out what it would need
 
 
 def verdict(evidence: Evidence) -> Verdict:
     """Return what all criteria say; undecided between their bounds, of nan, and where they disagree."""
-    said = set()
-    for name, value in evidence[0].items():
+    said = {Verdict.NONE for name in evidence[0] if name == "none"}
+    for name, value in () if said else evidence[0].items():
         supported, contradicted = CRITERIA[name]["supported"], CRITERIA[name]["contradicted"]
         way = 1.0 if supported > contradicted else -1.0
         against = Verdict.CONTRADICTED if way * value <= way * contradicted else Verdict.UNDECIDED
@@ -101,9 +102,11 @@ def larger(runs: Runs, model: str, claim: Claim) -> Evidence:
     channel, sides = claim["channel"], (claim["more"], claim["less"])
     more, less = (_sizes(runs, scene, model, channel) for scene in sides)
     closest = np.clip(1.0, _ratio(more.min(), less.max()), _ratio(more.max(), less.min()))
-    values, unit = {"peaks": float(closest)}, channels()[channel].unit
+    values, unit, pairs = {"peaks": float(closest)}, channels()[channel].unit, apart(more, less)
     if all((scene, model) in runs.long for scene in sides):
-        values["cycles"] = net_share(*(_later_cycles(runs, scene, model, channel) for scene in sides))
+        later = apart(*(_later_cycles(runs, scene, model, channel) for scene in sides))
+        values["cycles"], pairs = float(later.mean()), np.append(pairs, later)
+    values = values if pairs.any() else {"none": 0.0}
     return values, {sides[0]: (more, unit), sides[1]: (less, unit)}
 
 
@@ -120,7 +123,7 @@ def contacts(runs: Runs, model: str, claim: Claim) -> Evidence:
     word, unit = {"size": ("contacts a cycle", ""), "depth": ("deepest of a cycle", "m")}[claim["counted"]]
     sides = [claim["more"], claim["less"]]
     values = [_contacts(runs, scene, model)[claim["counted"]].to_numpy(np.float64) for scene in sides]
-    return {"cycles": net_share(*values)}, {
+    return {"cycles": float(apart(*values).mean())}, {
         f"{scene}, {word}": (each, unit) for scene, each in zip(sides, values, strict=True)
     }
 
@@ -190,11 +193,11 @@ TESTS = {
 # ---- what they measure
 
 
-def net_share(a: Array, b: Array) -> float:
-    """Return in how many of all pairs a is greater by `LITTLE`, less in how many it is smaller by that."""
+def apart(a: Array, b: Array) -> Array:
+    """Return of all pairs 1 where a is greater by `LITTLE`, -1 where it is smaller by that, else 0."""
     difference = np.subtract.outer(a, b)
-    apart = np.abs(difference) > LITTLE * np.minimum.outer(np.abs(a), np.abs(b))
-    return float(np.mean(np.sign(difference) * apart))
+    little = LITTLE * np.minimum.outer(np.abs(a), np.abs(b))
+    return np.asarray(np.sign(difference) * (np.abs(difference) > little))
 
 
 def _later_cycles(runs: Runs, scene: str, model: str, channel: str) -> Array:

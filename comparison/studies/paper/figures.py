@@ -15,7 +15,7 @@ from comparison.reliability.errors import QUANTITIES
 from comparison.report import svg
 from comparison.report.svg import envelope, upper_envelope
 from comparison.scene import load_scene
-from comparison.studies.paper.ledger import Size, Use
+from comparison.studies.paper.ledger import Use
 from comparison.studies.paper.runs import CENTRAL, CHANNELS, PIN, SCENES, Runs, scene_of, second
 from comparison.studies.shared.published import published
 from comparison.studies.shared.study import plain_ticks
@@ -32,10 +32,6 @@ BARS: list[tuple[float, dict[str, Any]]] = [
     (-0.15, {"color": svg.THRESHOLD, "lw": 4}),
     (0.15, {"color": svg.THRESHOLD, "lw": 4, "alpha": 0.4}),
 ]
-MARKS: dict[bool, dict[str, Any]] = {
-    True: {"color": svg.INK, "marker": "o", "ms": 5, "ls": ""},
-    False: {"color": svg.OUTSIDE, "marker": "X", "ms": 6, "ls": ""},
-}
 EDGE = 0.2  # of the axis of the predictions
 LAWS = {"law": svg.THRESHOLD, "code": svg.DIFFERENCE}  # of what differs in Fig. 13
 COLUMNS = 250  # of a panel half as wide as the page
@@ -99,7 +95,6 @@ def _predictions(entries: pd.DataFrame, judged: pd.DataFrame, path: Path) -> Non
     name = predicted["scene"].where(~of_many, predicted["quantity"].str.replace("_", " "))
     lines = [*SCENES, *dict.fromkeys(name[of_many])]
     place = name.map(lines.index)
-    inside = judged["id"][judged["size"].isin([Size.INSIDE, Size.WIDE])].unique()
     titles, x = list(QUANTITIES), "size over ours (-)"
     with _grid(path, [""], titles, 3.4, x, columns=2, sharex=True, sharey=True) as (axes,):
         for panel, quantity in zip(axes, QUANTITIES, strict=True):
@@ -113,10 +108,7 @@ def _predictions(entries: pd.DataFrame, judged: pd.DataFrame, path: Path) -> Non
                 label = f"our interval: gravity {'none' if hypothesis == 'none' else 'downwards'}"
                 panel.hlines(place[mine] + aside, low.clip(lower=EDGE), high, label=label, **bar)
             ratio = predicted["printed_size"] / ours
-            for within, look in MARKS.items():
-                shown = mine & (predicted.index.isin(inside) == within)
-                label = f"printed: inside {'one or both' if within else 'neither'}"
-                panel.plot(ratio[shown], place[shown], label=label, **look)
+            panel.plot(ratio[mine], place[mine], label="printed", **PRINTED)
             panel.set(xscale="log", xlim=(EDGE, 1 / EDGE), ylim=(len(lines) - 0.5, -0.5))
             plain_ticks(panel.xaxis, [0.5, 1, 2, 4])
         axes[0].set_yticks(range(len(lines)), lines)

@@ -141,6 +141,7 @@ def page(results: Results) -> dict[str, object]:
             | {f"scatter{of}": quantity(sizes[name], "m", 2) for of, sizes in results.scatter.items()}
             for name in (*config.scenes, FORGETTING)
         ),
+        "angles": ANGLES,
         "repeating": {
             of: [name for name in config.scenes if results.scatter[of][name] < REPEATED] for of in UNPRINTED
         },

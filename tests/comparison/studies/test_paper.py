@@ -409,36 +409,35 @@ def test_every_statement_can_be_supported_and_can_be_contradicted_where_the_pape
         )
         object.__setattr__(made_up, "solver", solver)
     held, off = claims.judge_all(favourable), claims.judge_all(restless)
-    assert held["id"].nunique() == len(claims.CLAIMS) == 48
+    assert held["id"].nunique() == len(claims.CLAIMS) == 47
     decidable = {claim["id"] for claim in claims.CLAIMS if "reason" not in claim}
-    odd = "reliability-speed-velocity"  # the paper's other statements on the speed contradict it
-    for rows, said, opposite in ((held, SUPPORTED, CONTRADICTED), (off, CONTRADICTED, SUPPORTED)):
+    for rows, said in ((held, SUPPORTED), (off, CONTRADICTED)):
         first = rows.drop_duplicates("id").set_index("id")["verdict"]
-        assert first[odd] == opposite
-        assert set(first[list(decidable - {odd})]) == {said}
+        assert set(first[list(decidable)]) == {said}
         assert set(first.drop(list(decidable))) == {Verdict.UNDECIDABLE}
-    assert set(held.loc[held["decides"], "what"]) == set(claims.CRITERIA)
+    assert set(held.loc[held["decides"], "what"]) == set(claims.CRITERIA) - {"none"}
     # The stabilization is tried in neither model.
     assert set(held.loc[held["what"] == "stabilized", "model"]) == {"BDF code"}
 
 
 @pytest.mark.parametrize(
-    ("central", "soft", "later"),
+    ("central", "soft", "later", "said"),
     [
-        ([1.0e-5, 1.1e-5], [2.0e-5, 2.1e-5], 0.5),  # in the first comparison alone
-        ([1e-5, 3e-5], [2e-5, 1e-5], 2.0),  # from one start alone
-        ([1.0e-5], [1.04e-5], 1.04),  # by little
+        ([1.0e-5, 1.1e-5], [2.0e-5, 2.1e-5], 0.5, Verdict.UNDECIDED),  # in the first comparison alone
+        ([1e-5, 3e-5], [2e-5, 1e-5], 2.0, Verdict.UNDECIDED),  # from one start alone
+        ([1.0e-5], [1.04e-5], 1.04, Verdict.NONE),  # by little
+        ([1.0e-5], [1.04e-5], 1.1, Verdict.UNDECIDED),  # by little in the first comparison alone
     ],
 )
 def test_a_larger_error_must_be_larger_in_both_comparisons_in_all_starts_and_by_more_than_little(
-    central, soft, later
+    central, soft, later, said
 ):
     members = [
         {(CENTRAL, "slider_y"): a, ("69GPa", "slider_y"): b} for a, b in zip(central, soft, strict=True)
     ]
     many = {CENTRAL: {"y": 1e-5 * wave()}, "69GPa": {"y": later * 1e-5 * wave()}}
     claim = {"channel": "slider_y", "more": "69GPa", "less": CENTRAL}
-    assert claims.verdict(claims.larger(motions(members, many), "reference", claim)) is Verdict.UNDECIDED
+    assert claims.verdict(claims.larger(motions(members, many), "reference", claim)) is said
 
 
 @pytest.mark.parametrize(("other", "share"), [(2.0, 1.0), (0.5, -1.0), (1.0, 0.0)])
@@ -460,4 +459,4 @@ def test_a_reliability_is_compared_at_every_limit_that_leaves_half_of_it(other, 
 
 def test_pairs_that_differ_by_little_count_for_neither_side():
     # Of six pairs 3 > 1, 3 > 2, 2 > 1; 2 = 2, 1.04 and 2 as good as 1 and 2, and 1.04 < 2.
-    assert claims.net_share(np.array([2.0, 3.0, 1.04]), np.array([1.0, 2.0])) == pytest.approx((3 - 1) / 6)
+    assert claims.apart(np.array([2.0, 3.0, 1.04]), np.array([1.0, 2.0])).mean() == pytest.approx((3 - 1) / 6)
