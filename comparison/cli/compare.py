@@ -92,8 +92,8 @@ class Comparison:
 
     def runs(self, side: str) -> list[tuple[str, Path]]:
         """Return the table of "a" or "b" and its further runs, each with its kind."""
-        kinds = ("finer", "coarser", "perturbed")
-        finer, coarser, perturbed = (getattr(self, f"{kind}_{side}") for kind in kinds)
+        runs = ("finer", "coarser", "perturbed")
+        finer, coarser, perturbed = (getattr(self, f"{kind}_{side}") for kind in runs)
         further = [("finer", finer), ("coarser", coarser), *(("perturbed", path) for path in perturbed or ())]
         further += [("repeat", path) for path in getattr(self, f"repeat_{side}") or ()]
         return [("base", getattr(self, side)), *((kind, path) for kind, path in further if path is not None)]

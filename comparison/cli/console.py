@@ -166,16 +166,16 @@ def is_refusal(error: Exception) -> bool:
 @contextmanager
 def uninterrupted() -> Iterator[None]:
     """Let Ctrl-C wait until files are written; it arrives in the main thread, unless it is ignored."""
-    before, asked = signal.getsignal(signal.SIGINT), list[int]()
+    before, interrupts = signal.getsignal(signal.SIGINT), list[int]()
     if threading.current_thread() is not threading.main_thread() or before is signal.SIG_IGN:
         yield
         return
-    signal.signal(signal.SIGINT, lambda number, _: asked.append(number))
+    signal.signal(signal.SIGINT, lambda number, _: interrupts.append(number))
     try:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
-    if asked:
+    if interrupts:
         raise KeyboardInterrupt
 
 

@@ -90,20 +90,20 @@ def work(
     n_workers: int,
     limit: float = inf,
     until: float = inf,
-    kinds: Mapping[str, object] | None = None,
+    groups: Mapping[str, object] | None = None,
 ) -> Generator[tuple[str, Any]]:
     """Distribute (name, task) pairs to worker processes in this order and yield their events as they occur.
 
     An event is a `Share`, or the last of its task: the result of ``attempt`` (a function of a module that
     must not raise), `Died` or `Late`. Closing the generator (`contextlib.closing`) ends its workers at once,
     except within `kept_workers`. At most ``n_workers`` work at a time. Of the tasks of one kind (by name, in
-    ``kinds``) one works alone until the first event of any: it compiles the code that the others load.
+    ``groups``) one works alone until the first event of any: it compiles the code that the others load.
 
     A task that takes longer than the limit (s) is terminated with its process: counted from where it reports
     a share of 0; until then, to start a process and to compile, it has `READY` times as long. At ``until``,
     by `time.monotonic`, all are terminated; tasks not yet begun have no event.
     """
-    waiting, of, reported = list(tasks), kinds or {}, set[object]()
+    waiting, of, reported = list(tasks), groups or {}, set[object]()
     busy: dict[Any, _Worker] = {}  # by connection
 
     def place() -> int | None:

@@ -228,8 +228,8 @@ def _outcomes(
     if not n_jobs:
         yield from ((key, _attempt(job, partial(on_share, key))) for key, job in jobs)
         return
-    kinds = {key: _code(job) for key, job in jobs if job.model in OWN}
-    with closing(work(_attempt, jobs, n_jobs, kinds=kinds)) as events:
+    groups = {key: _code(job) for key, job in jobs if job.model in OWN}
+    with closing(work(_attempt, jobs, n_jobs, groups=groups)) as events:
         for key, event in events:
             if isinstance(event, Share):
                 on_share(key, event.value)

@@ -144,20 +144,20 @@ def exact(name: str, start: int) -> Array:
 
 def swept(config: Config) -> list[tuple[Row, Timed]]:
     """Return the labels and runs of the methods over their settings."""
-    asked = []
+    tasks = []
     for (method, settings), name in product(SWEEPS.items(), SCENES):
         key = "step" if "full" in method.name else "tolerance"
         scene = first_cycle(name).variant({"output.groups": [], **method.changes})
         for setting in settings[: config.settings]:
             labels = {"method": method.name, "model": method.model, "scene": name, "setting": setting}
             one = scene.variant({f"solver.{method.model}.{key}": setting})
-            asked.append((labels, Timed(name, 0, method.model, method.name, one)))
-    return asked
+            tasks.append((labels, Timed(name, 0, method.model, method.name, one)))
+    return tasks
 
 
 def named(config: Config) -> list[tuple[Row, Timed]]:
     """Return the labels and runs of the named settings from some starts, on the shipped scenes."""
-    asked = []
+    tasks = []
     for name, model in product(shipped_scenes()[: config.scenes], MODELS):
         for formulation in formulations(model, load_scene(name).data):
             for start in range(min(STARTS[formulation], config.starts)):
@@ -166,16 +166,16 @@ def named(config: Config) -> list[tuple[Row, Timed]]:
                     labels = {"scene": name, "formulation": formulation, "accuracy": accuracy}
                     one = scene.variant(solver_values(model, accuracy, scene))
                     labels |= {"model": model, "cycles": scene.data["drive"]["cycles"]}
-                    asked.append((labels, Timed(name, start, model, formulation, one)))
-    return asked
+                    tasks.append((labels, Timed(name, start, model, formulation, one)))
+    return tasks
 
 
 def measured(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
     """Measure in one process, whatever ``n_jobs`` says, since it is timed."""
     sweep, others = swept(config), named(config)
-    asked = sweep + others
-    timed = measure_all(measure, [task for _, task in asked], on_processes(1), on_progress)
-    rows = [row | labels for (labels, _), row in zip(asked, timed, strict=True)]
+    tasks = sweep + others
+    timed = measure_all(measure, [task for _, task in tasks], on_processes(1), on_progress)
+    rows = [row | labels for (labels, _), row in zip(tasks, timed, strict=True)]
     return Results(rows[: len(sweep)], rows[len(sweep) :], confirmations(n_jobs))
 
 

@@ -32,21 +32,21 @@ class Results(NamedTuple):
     """Comparisons of scenes, and on which ``"machine"`` and ``"date"`` they were made."""
 
     comparisons: Sequence[SceneComparison]
-    made: dict[str, str]
+    origin: dict[str, str]
 
 
 def measure(scenes: Sequence[str], n_jobs: int, on_progress: Progress | None) -> Results:
     """Validate scenes at both tiers."""
     results = validate([load_scene(name) for name in scenes], n_jobs=n_jobs, on_progress=on_progress)
-    made = {"machine": machine_and_versions(), "date": datetime.now(UTC).date().isoformat()}
-    return Results([result.comparison for result in results], made)
+    origin = {"machine": machine_and_versions(), "date": datetime.now(UTC).date().isoformat()}
+    return Results([result.comparison for result in results], origin)
 
 
 def page(results: Results) -> dict[str, str]:
     """Return what stands in the page."""
     rows = pd.DataFrame(map(row, results.comparisons))
     texts = {"finding": headline(results.comparisons), "table": markdown(rows)}
-    return texts | results.made | {"above": ABOVE, "target": f"{TARGET:.0e}"}
+    return texts | results.origin | {"above": ABOVE, "target": f"{TARGET:.0e}"}
 
 
 def row(scene: SceneComparison) -> dict[str, str]:
@@ -86,7 +86,7 @@ def draw(results: Results, folder: Path) -> None:
     shown = named["150rpm-0.2mm"]
     figure = channel_figure(shown, shown.channels["slider_x"], "readme")
     write_text(standalone(figure), folder / "slider_x.svg")
-    lines = ["[made]", *(f"{key} = {toml(value)}" for key, value in results.made.items())]
+    lines = ["[made]", *(f"{key} = {toml(value)}" for key, value in results.origin.items())]
     for name, comparison in named.items():
         lines += ["", f"[scenes.{toml(name)}]", f"hash = {toml(load_scene(name).hash)}"]
         lines += [f"{tier.tier} = {toml(tier.verdict)}" for tier in comparison.tiers]

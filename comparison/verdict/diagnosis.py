@@ -155,7 +155,7 @@ def _delay(channel: ChannelComparison, results: Channels, shift: Shift) -> Cause
         return None
     time, name, rate = channel.time, channel.channel, channel.definition.rate or ""
     known = {name: channel.definition}
-    found = []
+    shifts = []
     for lag in (shift, estimate(time, {name: channel.a}, {name: channel.b}, known)):
         if not lag.significant:
             continue
@@ -164,8 +164,8 @@ def _delay(channel: ChannelComparison, results: Channels, shift: Shift) -> Cause
         earlier, _ = hermite(time, channel.b, slopes, time[inside] + lag.value)
         before = rms(time[inside], channel.difference[inside]) if inside.sum() > FEW else 0.0
         if before and (rest := rms(time[inside], earlier - channel.a[inside]) / before) <= _REST:
-            found.append(Cause("shift", (name,), lag.value, lag.uncertainty, rest=rest))
-    return next(iter(found), None)
+            shifts.append(Cause("shift", (name,), lag.value, lag.uncertainty, rest=rest))
+    return next(iter(shifts), None)
 
 
 # ---- attribution to the settings of either model

@@ -198,9 +198,9 @@ def compare_files(
 def _recorded(
     files: Files, tables: Sequence[Table], refinement: tuple[float, float] | None, stated: Errors
 ) -> ProgramRuns:
-    kinds = [(kind, table) for (kind, _), table in zip(files, tables, strict=True)]
-    repeats, perturbed = ([t for kind, t in kinds if kind == which] for which in ("repeat", "perturbed"))
-    one: dict[str, Any] = {kind: table for kind, table in kinds if kind not in ("repeat", "perturbed")}
+    pairs = [(kind, table) for (kind, _), table in zip(files, tables, strict=True)]
+    repeats, perturbed = ([t for kind, t in pairs if kind == which] for which in ("repeat", "perturbed"))
+    one: dict[str, Any] = {kind: table for kind, table in pairs if kind not in ("repeat", "perturbed")}
     if repeats or stated:
         if "finer" in one:
             raise TableError(f"{files[0][1]}: has a finer run, from which its error follows; state no other")

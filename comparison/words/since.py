@@ -71,9 +71,9 @@ def compare_reports(before: Mapping[str, Any], now: Mapping[str, Any]) -> Since:
     scenes = [{scene["name"]: scene for scene in report["scenes"]} for report in (before, now)]
     both = [(scenes[0][name], scene) for name, scene in scenes[1].items() if name in scenes[0]]
     changes = [text for pair in both for text in _changes(*pair)]
-    made = before.get("made") or {}
+    origin = before.get("made") or {}
     return Since(
-        ", ".join(filter(None, [before["path"], made.get("time"), made.get("code")])),
+        ", ".join(filter(None, [before["path"], origin.get("time"), origin.get("code")])),
         len(keys),
         tuple(moves),
         tuple(dict.fromkeys(changes)),

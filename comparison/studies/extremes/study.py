@@ -192,10 +192,10 @@ class Config(NamedTuple):
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
     """Run all cells by their pairs; a row for each comparison, with `COLUMNS` (SI units)."""
-    asked = [(cell, pair) for cell in cells(config.axes, config.points) for pair in cell.pairs]
+    runs = [(cell, pair) for cell in cells(config.axes, config.points) for pair in cell.pairs]
     rows: dict[int, Row] = {}
     tasks: dict[int, PairRun] = {}
-    for number, (cell, pair) in enumerate(asked):
+    for number, (cell, pair) in enumerate(runs):
         try:
             tasks[number] = PairRun(cell.scene.with_values(PAIRS[pair]), cell.limit)
         except SceneError as error:
@@ -203,9 +203,9 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> pd.Dat
     for limit in sorted({task.limit for task in tasks.values()}):  # a process that hangs is ended by it
         some = {number: task for number, task in tasks.items() if task.limit == limit}
         done = len(rows), len(rows) + len(some)
-        share = part(on_progress, *(count / len(asked) for count in done))
+        share = part(on_progress, *(count / len(runs) for count in done))
         rows |= zip(some, run_pairs(list(some.values()), n_jobs, share), strict=True)
-    table = [_columns(cell, pair, rows[number]) for number, (cell, pair) in enumerate(asked)]
+    table = [_columns(cell, pair, rows[number]) for number, (cell, pair) in enumerate(runs)]
     return pd.DataFrame(table, columns=list(COLUMNS))
 
 

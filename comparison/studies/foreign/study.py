@@ -236,7 +236,7 @@ def page(results: Results) -> dict[str, object]:
     rows = results.rows
     clean, faults = rows[rows["fault"] == 0.0], rows[rows["fault"] != 0.0]
     decided = clean[clean["verdict"].isin(["agree", "differ"])]
-    differ, found = int((decided["verdict"] == "differ").sum()), int((faults["verdict"] == "differ").sum())
+    differ, detected = int((decided["verdict"] == "differ").sum()), int((faults["verdict"] == "differ").sum())
     return {
         "systems": rows["system"].nunique(),
         "comparisons": len(clean),
@@ -244,8 +244,8 @@ def page(results: Results) -> dict[str, object]:
         "differ": differ,
         "limit": share(upper_limit(differ, len(decided))),
         "faults": len(faults),
-        "detected": found,
-        "detected_share": share(found / max(len(faults), 1)),
+        "detected": detected,
+        "detected_share": share(detected / max(len(faults), 1)),
         "late": int(late(clean).sum()),
         "early": share(float((lead(clean) > log(100)).mean())),
         "tube": int(clean["tube"].sum()),

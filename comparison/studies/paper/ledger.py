@@ -127,8 +127,8 @@ def at_least(count: int, events: Iterable[Iterable[tuple[float, float]]]) -> flo
     for spans in map(list, events):
         edges = np.unique([-1.0, 1.0, *np.ravel(spans)])
         middles = (edges[1:] + edges[:-1]) / 2
-        held = sum((low <= middles) & (middles <= high) for low, high in spans) + np.zeros(len(middles), int)
-        exactly = np.convolve(exactly, np.bincount(held, np.diff(edges) / 2))
+        hits = sum((low <= middles) & (middles <= high) for low, high in spans) + np.zeros(len(middles), int)
+        exactly = np.convolve(exactly, np.bincount(hits, np.diff(edges) / 2))
     return float(exactly[count:].sum())
 
 
@@ -402,13 +402,13 @@ def draw_all(config: Config, limits: Mapping[str, float], n_jobs: int, on_progre
     `ValueError` where no draw of a condition succeeds.
     """
     together, plain = drawn_together(numbers().index), config._replace(draws=0, long_draws=0)
-    asked = [
+    tasks = [
         (Draw(scene, ids, plain, limits, many, changes=changes), config.long_draws if many else config.draws)
         for changes in HYPOTHESES.values()
         for (scene, many), ids in together.items()
     ]
-    ensembles = run_draws(asked, n_jobs, part(on_progress, 0.0, 0.7))
-    for (one, _), each in zip(asked, ensembles, strict=True):
+    ensembles = run_draws(tasks, n_jobs, part(on_progress, 0.0, 0.7))
+    for (one, _), each in zip(tasks, ensembles, strict=True):
         if each.shown.empty:
             raise ValueError(f"no draw of {one.name} succeeded: {each.failures[0]}")
     by_hypothesis = {}
@@ -416,7 +416,7 @@ def draw_all(config: Config, limits: Mapping[str, float], n_jobs: int, on_progre
         own = slice(place * len(together), (place + 1) * len(together))
         by_hypothesis[name] = {
             each: pd.DataFrame(done.shown[each])
-            for (one, _), done in zip(asked[own], ensembles[own], strict=True)
+            for (one, _), done in zip(tasks[own], ensembles[own], strict=True)
             for each in one.ids
         }
     return Drawn(by_hypothesis, forms(config, n_jobs, part(on_progress, 0.7, 1.0)))
@@ -432,22 +432,22 @@ def forms(config: Config, n_jobs: int, on_progress: Progress | None) -> pd.DataF
     rows = numbers()
     wanted = rows.index[rows["quantity"].str.startswith(("peak_", "range_")) & (rows["use"] != "misprint")]
     small = config._replace(cycles=config.fewer, draws=0, long_draws=0)
-    asked = [
+    tasks = [
         (one, Draw(scene, ids, small, {}, many, changes=one["values"]))
         for one in VARIANTS
         for (scene, many), ids in drawn_together(wanted).items()
         if scene == one.get("scene", scene)
     ]
-    probes = run_draws([(draw, PROBED) for _, draw in asked], n_jobs, part(on_progress, 0.0, 0.2))
+    probes = run_draws([(draw, PROBED) for _, draw in tasks], n_jobs, part(on_progress, 0.0, 0.2))
     kept = [
         (draw, config.long_draws)
-        for (_, draw), probe in zip(asked, probes, strict=True)
+        for (_, draw), probe in zip(tasks, probes, strict=True)
         if not probe.failures
     ]
     rest = iter(run_draws(kept, n_jobs, part(on_progress, 0.2, 1.0)))
     lines: list[dict[str, Any]] = []
     base: dict[str, pd.Series] = {}
-    for (one, draw), probe in zip(asked, probes, strict=True):
+    for (one, draw), probe in zip(tasks, probes, strict=True):
         shown = None if probe.failures else next(rest).shown
         for name in draw.ids:
             line = {"id": name, "variant": one["name"], "counts": one.get("counts", False), "draws": 0}

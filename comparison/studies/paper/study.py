@@ -53,17 +53,17 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     usual = [pair for pair in config.solver.tolerances if pair in numerics.DEFAULTS]
     bare = config.solver._replace(tolerances=usual, gains=(BARE,), draws=1)
     solver = [numerics.measure(each, n_jobs, part(on_progress, 0.35, 0.6)) for each in (config.solver, bare)]
-    made = replace(
+    models = replace(
         runs.simulate(config.runs, n_jobs, part(on_progress, 0.0, 0.35)),
         solver=pd.concat(solver, ignore_index=True),
     )
-    limits = {name: ledger.one_limit(made, name) for name in QUANTITIES}
+    limits = {name: ledger.one_limit(models, name) for name in QUANTITIES}
     drawn = ledger.draw_all(config.runs, limits, n_jobs, part(on_progress, 0.6, 1.0))
-    entries = ledger.ledger(made, drawn, limits)
+    entries = ledger.ledger(models, drawn, limits)
     judged, joints = ledger.judge(entries, drawn), ledger.joints(entries, drawn)
     instants = [ledger.instants(entries, drawn, each).assign(reach=each) for each in REACHES]
     times = pd.concat(instants, ignore_index=True)
-    return Results(made, entries, judged, times, joints, drawn.tried, limits, judge_all(made))
+    return Results(models, entries, judged, times, joints, drawn.tried, limits, judge_all(models))
 
 
 def page(results: Results) -> Mapping[str, object]:
@@ -77,7 +77,7 @@ def page(results: Results) -> Mapping[str, object]:
     statements = results.statements.drop_duplicates("id")
     shown = results.statements.query("model not in ('', @MODELS[1]) and not decides")
     said = statements["verdict"] + (": " + statements["reason"]).where(statements["reason"] != "", "")
-    held = (statements["verdict"] == Verdict.SUPPORTED).groupby(statements["claim"]).mean()
+    supported = (statements["verdict"] == Verdict.SUPPORTED).groupby(statements["claim"]).mean()
     times = instants[(instants["unit"] == "s") & (instants["at"] > 0)]  # the start is no result
     peaks = times[times["sized"].notna()].assign(sign=np.sign(times["printed"]))  # no stroke, no misprint
     places = ["hypothesis", "reach", "scene", "quantity"]
@@ -132,7 +132,7 @@ def page(results: Results) -> Mapping[str, object]:
         "likely": next(one for one in INPUTS if "likely" in one),
         "statements": statements,
         "statements_table": markdown(statements.assign(verdict=said)[["section", "says", "verdict"]]),
-        "supported": {"full": int((held == 1.0).sum()), "part": int(((held > 0.0) & (held < 1.0)).sum())},
+        "supported": {"full": int((supported == 1).sum()), "part": int((supported % 1 > 0).sum())},
         "verdicts": {str(each): int((statements["verdict"] == each).sum()) for each in Verdict},
         "evidence": {name: rows.to_dict("records") for name, rows in shown.groupby("id")},
         "one_limit": ", ".join(quantity(limit, units[name], 2) for name, limit in results.limits.items()),
@@ -147,11 +147,11 @@ def page(results: Results) -> Mapping[str, object]:
     }
 
 
-def _pin(made: Runs) -> dict[str, str]:
+def _pin(models: Runs) -> dict[str, str]:
     """Return what rigid bodies and the pin's depth leave of its printed displacement."""
     clearance = load_scene(runs.PIN).data["clearance"]["crank_pin"]
     printed, bound = abs(published("F7-R-d").value), numerics.bound(runs.PIN)
-    depths = [run.events["largest_depth"].max() for run in made.pin.values() if run.events is not None]
+    depths = [run.events["largest_depth"].max() for run in models.pin.values() if run.events is not None]
     # To first order the bound goes with the radius of the pin's circle.
     sizes = {"bound": bound, "needed": clearance * (printed / bound - 1), "depth": max(depths, default=nan)}
     return {"printed": quantity(printed, "m", 4)} | {

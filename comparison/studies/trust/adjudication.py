@@ -115,8 +115,8 @@ def adjudicate(result: SceneComparison, runs: Sequence[Runs], scene: Scene) -> t
             for one in breaches(outcome.table or outcome.partial)
             if one["until"] >= begin - LOOK_BACK * scene.period
         ]
-    for name, model, asked in opinions(short):
-        table = run_here(asked, model).table
+    for name, model, opinion in opinions(short):
+        table = run_here(opinion, model).table
         side = "" if table is None else stands(table.values(channel)[first : last + 1], bases, judged)
         if side not in ("", model):
             against[model].append(f"its own code stands with the other model's run ({name})")

@@ -123,11 +123,11 @@ class Comparison(Task):
 
 def summary(result: SceneComparison) -> Row:
     """Return what the study needs of a comparison, as JSON holds it."""
-    made = result.confirmation
+    ensembles = result.confirmation
     excited = [channel.coverage for channel in result.channels.values() if channel.verdict != "unexcited"]
     return {
         "verdict": result.verdict,
-        "confirmation": "" if made is None else made.outcome,
+        "confirmation": "" if ensembles is None else ensembles.outcome,
         "channels": {name: channel.verdict for name, channel in result.channels.items()},
         "predictable": sum(excited) / len(excited) if excited else None,
         "failed": "",

@@ -51,11 +51,11 @@ _MARKS: dict[str, dict[str, Any]] = {
 def measure(full: bool, n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
     """Judge random scenes and seeded faults, compare ensembles: the table."""
     faults = catalogue() if full else [catalogue("number")[0], *catalogue("table")[-3:]]
-    asked = [*_random(SCENES if full else 2), *_faults(faults)]
+    tasks = [*_random(SCENES if full else 2), *_faults(faults)]
     with installed([fault for fault in faults if fault.engine]):
-        rows = measure_tasks([task for _, task in asked], n_jobs, part(on_progress, 0.0, 0.95))
+        rows = measure_tasks([task for _, task in tasks], n_jobs, part(on_progress, 0.0, 0.95))
     lines = []
-    for (head, task), row in zip(asked, rows, strict=True):
+    for (head, task), row in zip(tasks, rows, strict=True):
         line = head | {name: row[name] for name in COLUMNS if name in row}
         if task.fault:
             line["detected"] = detected(task.fault, row)
@@ -177,7 +177,7 @@ def page(table: pd.DataFrame) -> dict[str, object]:
             "fault in the",
             [kind for kind, *_ in hits.index],
             [_place(model, tier) for _, model, tier in hits.index],
-            [f"{found} of {size}" for found, size in hits.to_numpy()],
+            [f"{count} of {size}" for count, size in hits.to_numpy()],
         ),
         "missed": [
             row | {"why": why[row["name"]]}

@@ -44,7 +44,7 @@ def test_of_a_kind_one_task_works_alone_until_it_reports(tmp_path):
     """The first one prepares until the file is there, which a task behind the waiting ones makes."""
     made, alone = tmp_path / "made", {"prepare": "a", "same": "a"}
     tasks = [("prepare", made), ("same", "report"), ("make", partial(made.touch)), ("last", "report")]
-    with closing(work(do, tasks, 2, kinds=alone)) as events:
+    with closing(work(do, tasks, 2, groups=alone)) as events:
         order = [name for name, event in events if not isinstance(event, Share)]
     assert order.index("same") > order.index("prepare")
     assert {*order} == {name for name, _ in tasks}
