@@ -232,6 +232,8 @@ class Lines:
     def __call__(self, share: float, finished: str = "") -> None:
         """Report the finished share; a part that finishes too early for a line is named in the next one."""
         now = self._clock()
+        if share < self._shown:  # further runs are needed
+            self._first, self._shown, finished = None, 0.0, "further runs"
         self._first = start, before = self._first or (now, share)
         self._finished = finished or self._finished
         # The small addend undoes the rounding of the difference alone.

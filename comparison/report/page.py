@@ -229,10 +229,14 @@ def linkage_drawing(scene: SceneComparison) -> dict[str, Any] | None:
     for spring in data["spring"].values():
         ends = [(name, own.get(name, complex(*spring["point"]))) for name in spring["joins"]]
         springs.append([[name.partition(".")[0], point.real, point.imag] for name, point in ends])
+    pins: dict[str, list[tuple[str, complex]]] = {name: [] for name in start}
+    for name, pin in data["pin"].items():
+        pins[pin["joins"][1].partition(".")[0]].append((name, own[pin["joins"][1]]))
     drawing = TEMPLATES.get_template("linkage.svg.j2").render(
         places=[(name, left + scale * x, top - scale * y, -degrees(t)) for name, (x, y, t) in start.items()],
         outlines=outlines,
         guides=guides,
+        pins=pins,
         scale=scale,
         sliders={guide["body"] for guide in data["guide"].values()},
         springs=len(springs),

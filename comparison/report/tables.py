@@ -230,7 +230,10 @@ def reliability_tables(scene: SceneComparison) -> tuple[Table | None, Table | No
             ("Smallest P(|error| ≤ limit)", "at", ", ".join(dict.fromkeys(at_within))),
             ("R over the crank cycle", "", _curves(difference)),
         ]
+        largest = [quantity(float(np.abs(model.mean).max()), unit, 3) for model in models]
         intervals[row] = [
+            ("Largest mean |error| of an interval", a, largest[0]),
+            ("Largest mean |error| of an interval", b, largest[1]),
             ("95 % interval of R", a, "{:.5f} … {:.5f}".format(*difference.a.interval)),
             ("95 % interval of R", b, "{:.5f} … {:.5f}".format(*difference.b.interval)),
             ("Parts of ±", "cycles", cycles),

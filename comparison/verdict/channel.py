@@ -219,7 +219,7 @@ def _by_largest_uncertainty(channel: ChannelComparison, largest: Array, open_: B
         "verdict": "differ",
         "basis": Basis.LARGEST,
         "explained": np.nan,
-        "outside": int(beyond[: first + 1].sum()),
+        "outside": int(beyond.sum()),
         "worst": int(channel.size[: first + 1].argmax()),
         "worst_threshold": float(largest[first]),
         "differs_from": float(channel.time[first]),

@@ -298,7 +298,7 @@ class Pair:
             result = replace(self._compare(programs, warnings), refined=level)
         alike = [n for n, own in enumerate(programs) if own.finer and own.finer.frame.equals(own.base.frame)]
         for n in alike:
-            line = f"{self.sides[n].label}: runs at two settings are equal: its error is not known"
+            line = f"{self.sides[n].label}: runs at two settings are equal: is the setting used?"
             result = replace(result, warnings=(*result.warnings, line))
             doubt = Doubt.NO_EFFECT
         for side, own in zip(self.sides, programs, strict=True):

@@ -92,7 +92,8 @@ def accuracy_line(run: AccurateRun) -> str:
         return f"the error is unknown: {why}{cost}"
     if run.wanted is None:
         parts = ", ".join(f"{estimate.error_on(share):.2g} m on {share:.0%}" for share in (0.5, 0.9, 1.0))
-        return f"estimated error of slider_x: at most {parts} of the run{_divergence(scene, estimate)}{cost}"
+        where = f"at most {parts} of the run{_divergence(scene, estimate)}"
+        return f"estimated error of slider_x, a bound: {where}{cost}"
     until, where = estimate.until(run.wanted), "nowhere"
     if until == inf:
         where = "on all of the run"

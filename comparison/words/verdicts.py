@@ -148,7 +148,7 @@ def agreement(scene: SceneComparison) -> str:
     if scene.scene is not None and demand is None:
         return ""
     if scene.verdict == "differ":
-        return "" if isnan(scene.since) else f"from {number(scene.since, 2)} s on"
+        return "" if isnan(scene.since) else f"from {scene.since:.4g} s on"
     if scene.verdict != "agree" or isnan(scene.until):
         return ""
     end = float(scene.time[-1])

@@ -170,7 +170,7 @@ def test_a_setting_without_effect_confirms_nothing():
 
     result = sixbar.judge(fixed, decay, tolerance=1e-8, states=1)
     assert (result.verdict, result.confirmation.doubt) == ("differ", Doubt.NO_EFFECT)
-    assert "fixed: runs at two settings are equal: its error is not known" in result.warnings
+    assert "fixed: runs at two settings are equal: is the setting used?" in result.warnings
 
 
 def test_chaotic_motion_agrees_until_it_is_lost_and_demands_are_met_by_that():
