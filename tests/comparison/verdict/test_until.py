@@ -61,10 +61,8 @@ PAIRS = {
 
 
 @pytest.mark.parametrize("kind", PAIRS)
-@pytest.mark.parametrize("seed", range(2))
-def test_a_run_of_once_twice_and_four_times_the_length_says_the_same(kind, seed):
-    rng = np.random.default_rng(seed)
-    f, g, start, slower = PAIRS[kind](rng)
+def test_a_run_of_once_twice_and_four_times_the_length_says_the_same(kind):
+    f, g, start, slower = PAIRS[kind](np.random.default_rng(0))
     length, wrong = 18.0 * slower, 1e-2 * ("wrong" in kind)
     a = runs(f, start, 4 * length, "DOP853", 1e-6)
     b = runs(g, start + wrong, 4 * length, "LSODA", 1e-6)
@@ -74,41 +72,12 @@ def test_a_run_of_once_twice_and_four_times_the_length_says_the_same(kind, seed)
         assert whole.until < length - 1.0
         assert said(short) == said(twice) == said(whole)
     assert short.verdict == twice.verdict == whole.verdict
+    assert short.window == twice.window == whole.window
     assert whole.verdict == ("agree" if kind in ("chaotic", "regular") else "differ")
     for name, channel in short.channels.items():
         later = whole.channels[name]
         assert channel.differs_from == pytest.approx(later.differs_from, abs=0.0, nan_ok=True)
         assert channel.until == min(later.until, short.time[-1])
-
-
-def test_a_chaotic_pair_agrees_until_one_time_whatever_its_length():
-    a, b = (runs(lorenz(), [1, 1, 1], 80, method, 1e-9) for method in ("DOP853", "LSODA"))
-    results = {end: judged(a, b, 100 * end + 1) for end in (15, 25, 40, 80)}
-    assert {result.verdict for result in results.values()} == {"agree"}
-    assert len({result.window for result in results.values()}) == 1
-    ends = [result.until for result in results.values()]
-    assert ends[0] == 15.0 < 20.0 < ends[1] == ends[2] == ends[3] < 25.0
-    # Nobody said that this is enough; of the shortest all was said.
-    assert [result.exit_code for result in results.values()] == [0, 3, 3, 3]
-    for demand, code in ((20.0, 0), ("any", 0), (ends[1], 0), (ends[1] + 0.01, 3)):
-        assert judged(a, b, 4001, until=demand).exit_code == code
-
-
-@pytest.mark.parametrize("end", [100, 200, 400])
-def test_later_agreement_does_not_dilute_a_difference(end):
-    result = judged(runs(decay, [0.0], end, "DOP853", 1e-8), runs(decay, [0.01], end, "LSODA", 1e-8))
-    (channel,) = result.channels.values()
-    assert (result.verdict, channel.differs_from <= 0.1, channel.ratio > 1.0) == ("differ", True, True)
-
-
-@pytest.mark.parametrize(("rho", "verdict", "code"), [(28.0, "agree", 3), (28.56, "differ", 1)])
-def test_what_is_predictable_for_a_moment_alone_is_not_enough(rho, verdict, code):
-    a, b = (runs(lorenz(r), [1, 1, 1], 40, m, 1e-2) for r, m in ((28.0, "DOP853"), (rho, "LSODA")))
-    result = judged(a, b)
-    assert (result.verdict, result.exit_code) == (verdict, code)
-    assert result.until < 1.0
-    # Differences from half a percent of the scale on are seen, no smaller ones.
-    assert all(channel.resolution > 5e-3 for channel in result.channels.values())
 
 
 def test_a_difference_that_even_the_largest_uncertainty_does_not_explain_stays():

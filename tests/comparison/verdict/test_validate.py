@@ -2,33 +2,29 @@
 
 import pytest
 
-from comparison.verdict.results import exit_code
 from comparison.verdict.validate import pairs, standing
-from comparison.words import verdicts as words
 
 THREE = ("one", "two", "three")
 
 
 @pytest.mark.parametrize(
-    ("verdicts", "outcome", "said"),
+    ("verdicts", "outcome", "outlier"),
     [
-        ("differ, differ, agree", "outlier", "One is the outlier: it differs from two and three, which"),
-        ("differ, agree, differ", "outlier", "Two is the outlier"),
-        ("agree, agree, agree", "agree", "All 3 agree."),
-        # Near the threshold agreement is not transitive.
-        ("agree, agree, differ", "differ", "No model is the outlier: two and three differ"),
-        ("differ, differ, differ", "differ", "one and three differ"),
-        ("indeterminate, differ, differ", "undecided", "one and two: indeterminate"),
-        ("agree, cannot compare, cannot compare", "agree", "; three cannot be compared."),
-        ("differ, cannot compare, cannot compare", "differ", "one and two differ"),
-        ("agree, agree, cannot compare", "undecided", "two and three: cannot compare"),
-        ("cannot compare, cannot compare, cannot compare", "cannot compare", "one, two and three cannot be"),
+        ("differ, differ, agree", "outlier", "one"),
+        ("differ, agree, differ", "outlier", "two"),
+        ("agree, agree, agree", "agree", ""),
+        ("agree, agree, differ", "differ", ""),  # near the threshold agreement is not transitive
+        ("differ, differ, differ", "differ", ""),
+        ("indeterminate, differ, differ", "undecided", ""),
+        ("agree, cannot compare, cannot compare", "agree", ""),
+        ("differ, cannot compare, cannot compare", "differ", ""),
+        ("agree, agree, cannot compare", "undecided", ""),
+        ("cannot compare, cannot compare, cannot compare", "cannot compare", ""),
     ],
 )
-def test_the_model_that_differs_from_two_that_agree_is_the_outlier_else_none(verdicts, outcome, said):
+def test_the_model_that_differs_from_two_that_agree_is_the_outlier_else_none(verdicts, outcome, outlier):
     result = standing(THREE, dict(zip(pairs(THREE), verdicts.split(", "), strict=True)))
-    assert (result.outcome, bool(result.outlier)) == (outcome, outcome == "outlier")
-    assert said in words.standing(result)
+    assert (result.outcome, result.outlier) == (outcome, outlier)
 
 
 def test_one_of_four_is_the_outlier_only_if_the_three_others_all_agree():
@@ -36,7 +32,3 @@ def test_one_of_four_is_the_outlier_only_if_the_three_others_all_agree():
     verdicts = {pair: "differ" if "four" in pair else "agree" for pair in pairs(models)}
     assert standing(models, verdicts).outlier == "four"
     assert standing(models, verdicts | {("one", "two"): "differ"}).outlier == ""
-
-
-def test_the_exit_code_of_nothing_is_that_nothing_could_be_compared():
-    assert exit_code([]) == 2

@@ -1,4 +1,4 @@
-"""Sentences: an instant, and which error a run has."""
+"""Sentences: an instant, and the page on accuracy."""
 
 import re
 from pathlib import Path
@@ -7,15 +7,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.accuracy.refine import Limit, accurate_run
+from comparison.accuracy.refine import Limit
 from comparison.scene import load_scene
 from comparison.verdict.results import SceneComparison
-from comparison.words.accuracy import accuracy_line
 from comparison.words.differences import contact, instant_of
-from tests.helpers.known_error import USUAL, KnownError, growing
 
 PAGE = Path(__file__).parents[3] / "docs" / "accuracy.md"
-OWN = USUAL.with_values({"clearance.slider": 2.1e-4})
 EVENTS = pd.DataFrame(
     [
         ("ul", 0.010, 0.011),
@@ -43,46 +40,13 @@ def test_the_contact_in_progress_or_the_last_one(time, words):
     assert contact(time, EVENTS.iloc[::-1]) == words  # whatever the order of the rows
 
 
-def instant(time, events=(None, None), scene=None):
-    period = scene and 60.0 / abs(scene["drive"]["speed_rpm"])
-    return instant_of(
-        time,
-        SceneComparison(("a", "b"), "differ", np.empty(0), {}, events=events, period=period, scene=scene),
-    )
-
-
-def test_both_models_are_named_only_where_they_are_in_different_contacts():
-    same = "0.0201 s, during contact of the upper right corner"
-    assert instant(0.0201, (None, EVENTS)) == instant(0.0201, (EVENTS, EVENTS.copy())) == same
-    other = EVENTS.assign(corner="lr")
-    assert instant(0.0201, (EVENTS, other)) == f"{same} (a), during contact of the lower right corner (b)"
-
-
 @pytest.mark.parametrize(("speed", "angle"), [(150.0, 8), (-150.0, 332)])
 def test_cycle_and_angle_of_the_crank_follow_the_scene(speed, angle):
     # 0.42 s at 0.4 s a cycle: 18 degrees into the second.
     start = {"mechanism.crank_angle_deg": 350.0, "drive.speed_rpm": speed}
     scene = load_scene("150rpm-0.2mm", start).data
-    assert instant(0.42, scene=scene) == f"0.42 s (cycle 2, crank at {angle}°)"
-
-
-# Accuracy
-
-
-@pytest.mark.parametrize(
-    ("wanted", "known", "said"),
-    [
-        # Half of two cycles, and the window of u before it
-        (1e-8, {"magnification": growing},
-         r"is within 1e-08 m on 49\.5% of the run, without a gap up to 0\.396 s \(0\.99 cycles\); .*"
-         r"since trajectories from starts 2e-13 m apart diverge by up to 2\.1e-05 m"),
-        (1e-9, {"error": 1e4, "fails": lambda t: "chatter" if t < 0.9e-10 else ""},
-         "it holds nowhere; .*Finer settings have no result: chatter, as told"),
-        (1e-6, {"fails": lambda t: "" if t == 1e-8 else "chatter"}, "the error is unknown: chatter, as told"),
-    ],
-)  # fmt: skip
-def test_one_line_has_what_was_reached_until_when_and_why_not_more(wanted, known, said):
-    assert re.search(said, accuracy_line(accurate_run(OWN, "reference", wanted, run=KnownError(**known))))
+    comparison = SceneComparison(("a", "b"), "differ", np.empty(0), {}, period=0.4, scene=scene)
+    assert instant_of(0.42, comparison) == f"0.42 s (cycle 2, crank at {angle}°)"
 
 
 @pytest.mark.usefixtures("own_cache")
