@@ -23,8 +23,8 @@ def tolerance(level):
 
 
 @pytest.mark.parametrize("magnification", [steady, growing])
-@pytest.mark.parametrize("proportion", [0.3, 10.0, 300.0])
-@pytest.mark.parametrize("wanted", [1e-6, 1e-8, 1e-9])
+@pytest.mark.parametrize("proportion", [0.3, 300.0])
+@pytest.mark.parametrize("wanted", [1e-6, 1e-9])
 def test_the_error_is_as_small_as_wanted_on_the_predictable_part(magnification, proportion, wanted):
     result = refined(wanted, magnification, proportion)
     assert result.kept
@@ -47,8 +47,6 @@ def test_the_setting_is_refined_until_the_estimate_is_small_enough_and_no_furthe
     assert all(level.estimate.coverage(1e-7) < 1.0 for level in result.tried[:-1])
     # No run twice: two settings beside the levels themselves, and two perturbed runs of each coarser one.
     assert result.runs == len(run.asked) == len(settings) + 2 + 2 * len(settings)
-    record = result.table.provenance["accuracy"]
-    assert (record["wanted_m"], record["kept"], record["limit"]) == (1e-7, True, None)
     np.testing.assert_array_equal(result.with_uncertainty().values("slider_x_u"), result.estimate.u)
 
 
@@ -82,14 +80,7 @@ def test_a_comparison_runs_at_the_settings_that_are_refined_to_or_at_strict():
     ],
 )
 def test_where_a_setting_fails_another_is_taken(wanted, fails, limit, taken):
-    """Its words, and those of other reasons, are tested in tests/comparison/words."""
     result = refined(wanted, error=1e4 if limit else 1.0, fails=fails)
     assert (result.kept, result.limit) == (limit is None, limit)
     assert tolerance(result.level) == pytest.approx(taken)
     assert error(result).max() <= result.estimate.error_on(1.0)
-
-
-def test_without_a_coarser_run_neighbouring_starts_are_those_of_the_setting_itself():
-    coarsest = refined(1e-6, growing, fails=lambda t: "bad input" if t > 0.9e-8 else "").tried[0]
-    # A billionth of the clearance, magnified by 1e8, with the safety factor.
-    assert coarsest.estimate.spread.max() == pytest.approx(3 * 2.1e-13 * 1e8, rel=0.01)
