@@ -1,28 +1,12 @@
-"""Named settings with their measured errors, levels of refinement, the tight tier."""
+"""Levels of refinement, the tight tier."""
 
 import pytest
 
-from comparison.accuracy.levels import coarser, expected, finer, refinement, tight
+from comparison.accuracy.levels import coarser, finer, refinement, tight
 from comparison.scene import load_scene, shipped_scenes
 
 TREE = {"solver.exudyn.formulation": "tree"}
 MODELS = ("reference", "exudyn")
-OTHER = {"solver.reference.method": "Radau", "output.groups": ["joints"]}
-
-
-@pytest.mark.parametrize(
-    ("shipped", "changes", "measured_on", "own"),
-    [
-        # The same physics; other physics; another method, of both models
-        ("300rpm-0.2mm", {"drive.speed_rpm": 150, "drive.cycles": 11.0}, "150rpm-0.2mm", True),
-        ("both-clearances", {"load.force": 300.0}, "both-clearances", False),
-        ("150rpm-0.2mm", OTHER, "150rpm-0.2mm", False),
-    ],
-)
-def test_a_scene_has_the_error_of_the_one_with_its_physics_and_method(shipped, changes, measured_on, own):
-    for model in MODELS:
-        known = expected(load_scene(shipped, changes), model)
-        assert (known.scene, known.own) == (measured_on, own)
 
 
 @pytest.mark.parametrize(

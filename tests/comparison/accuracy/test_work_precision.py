@@ -61,13 +61,6 @@ def test_runs_that_are_close_by_chance_do_not_hide_how_far_neighbouring_trajecto
     assert evaluate_runs(SCENE, lost, moved).coverage(1e-9) == 1.0
 
 
-def test_one_model_alone_is_unconfirmed():
-    result = measured(lost=("tree", "full"))
-    assert [row.candidate.setting for row in (result.exact, result.confirming)] == [1e-13, 1e-12]
-    nothing = measured(lost=("minimal", "tree", "full"))
-    assert (nothing.exact, nothing.front, nothing.cheapest(1e-5)) == (None, (), None)
-
-
 def test_the_front_has_only_settings_that_are_better_beyond_the_error_of_their_errors():
     front = measured().front
     doubt = 3e-13  # 1e-12 of the other model from 1e-13 of the first: 1e-12 is as good as anything beyond

@@ -43,14 +43,6 @@ def press(error=0.0, cycles=2, per_cycle=1000):
 # ---- one model
 
 
-def test_where_only_other_channels_have_extrema_by_cycle_those_of_the_whole_run_count():
-    """By cycle, against a second computation: test_second_opinion.py."""
-    ends = {"time_of_min": 0.1002, "min": -130.0, "time_of_max": 0.2, "max": 30.0}
-    of_x = {f"slider_x_{part}": np.array([0.0, 0.0]) for part in ends}
-    run = Table(press().frame, extrema={"slider_ay": ends}, cycle_extrema=of_x)
-    assert slider_errors(run, press(), PERIOD).peak("slider_ay").time == 0.1002
-
-
 @pytest.mark.parametrize(
     ("end", "count", "edges"),
     [
@@ -101,8 +93,6 @@ def test_of_a_part_of_a_cycle_the_first_bin_ends_with_the_run_and_the_sign_count
     assert (result.angle.tolist(), result.cycles.tolist()) == ([21.6], [1.0])
     assert (*result.mean, *result.reliability) == pytest.approx((-8.0, exact(-8.0)), rel=1e-12)
     assert not result.capped.any()
-    without = assess(slider_errors(press(), press(), PERIOD), Reliability())
-    assert all(quantity.capped.all() for quantity in without.values())
 
 
 # ---- the difference of two

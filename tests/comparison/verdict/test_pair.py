@@ -56,7 +56,7 @@ def test_processes_give_the_same_bits_and_a_scale_and_a_window_are_stated():
     np.testing.assert_array_equal([first.a, first.u], [second.a, second.u])
 
 
-@pytest.mark.parametrize(("step", "factor", "levels"), [(2e-3, 2.0, 1), (1e-3, 1.7, 0), (5e-4, 2.0, 0)])
+@pytest.mark.parametrize(("step", "factor", "levels"), [(2e-3, 2.0, 1), (1e-3, 1.7, 0)])
 def test_a_ball_that_bounces_at_the_ends_of_fixed_steps(step, factor, levels):
     """Both err at first order alike, and by far more than by their three nested steps: no difference."""
     result = sixbar.judge(ball("y += v h"), ball("y += v h - g h^2 / 2"), step=step, factor=factor, states=2)

@@ -131,14 +131,6 @@ def test_where_a_finer_run_fails_the_tree_decides(levels, tree, verdict):
     assert (result.confirmation is not None) == (verdict == "differ")
 
 
-def test_models_with_ensembles_of_their_own_are_not_refined(fake):
-    model = fake(narrow, bias=(0.0, FAULT))
-    runs = model.family(0), model.family(1)
-    before = compare(*runs, scene=model.scene, labels=MODELS)
-    result = settle(before, runs, scene=model.scene, models=MODELS, run=model.run, run_families=pytest.fail)
-    assert (result.comparison.verdict, result.comparison.refined) == ("differ", 0)
-
-
 def test_a_violation_at_the_scenes_own_step_is_remedied_by_half_of_it(levels):
     model, failed = levels(lambda _: 0.0), ("exudyn", Outcome(VIOLATED, "lower the step"))
     scene, _, (warning,) = without_violation(model.fake.scene, [failed], MODELS, model.families)

@@ -4,11 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 from by_keywords import compare
-from hypothesis import given
-from hypothesis import strategies as st
 
 from comparison.accuracy.uncertainty import Runs
-from comparison.metrics import tube_distance
 from comparison.tables.table import Table
 from comparison.verdict.results import Basis
 from comparison.words.verdicts import scene_reason
@@ -41,22 +38,6 @@ def test_a_shift_is_held_against_the_tolerance_and_a_scene_sharpens_it(scene):
     assert "The tolerance allows 0.00064 s" in scene_reason(alone)
     # With the scene's scales every difference of y counts, by clearance * tan(beta) = 42 um.
     assert (shifted(1e-7, scene=scene).verdict, shifted(1e-4, scene=scene).verdict) == ("agree", "differ")
-
-
-@given(st.integers(0, 2**32 - 1), st.floats(0.0, 0.1))
-def test_the_distance_within_a_reach_is_that_of_plain_python(seed, reach):
-    rng = np.random.default_rng(seed)
-    time = np.sort(rng.uniform(0.0, 1.0, 50))
-    a, b = rng.normal(size=(2, 50))
-    distance = tube_distance(time, a, b, reach)
-    np.testing.assert_array_equal(distance, tube_distance(time, b, a, reach))
-    # Interpolation at the ends of the reach rounds.
-    assert np.all(distance <= np.abs(a - b) + 1e-12)
-    # Beyond the ends b is continued.
-    for n in np.flatnonzero((time >= time[0] + reach) & (time <= time[-1] - reach)):
-        near = b[np.abs(time - time[n]) <= reach], np.interp([time[n] - reach, time[n] + reach], time, b)
-        low, high = np.concatenate(near).min(), np.concatenate(near).max()
-        assert distance[n] >= max(low - a[n], a[n] - high, 0.0) - 1e-12
 
 
 def impact(start, height=40.0):

@@ -1,17 +1,14 @@
 """Until when two programs are predictable and since when they differ: a longer run keeps what was said."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pandas as pd
 import pytest
 from scipy.integrate import solve_ivp
 
-from comparison.accuracy.levels import thresholds
 from comparison.tables.arguments import as_source
 from comparison.verdict.channel import Criteria
 from comparison.verdict.recorded import compare_files
-from comparison.verdict.until import differs, pace, until
+from comparison.verdict.until import until
 
 LABELS = ("a", "b")
 
@@ -80,36 +77,6 @@ def test_a_run_of_once_twice_and_four_times_the_length_says_the_same(kind):
         assert channel.until == min(later.until, short.time[-1])
 
 
-def test_a_difference_that_even_the_largest_uncertainty_does_not_explain_stays():
-    """Millimetres for metres by a coarse run: nothing is predictable, until later it is."""
-    time = np.arange(4001) * 0.01
-    a, b = (
-        [
-            (kind, pd.DataFrame({"time": time, "y": unit * np.sin(time) + unit * error * (time < 15.0)}))
-            for kind, error in (("base", 0.0), ("finer", 0.05))
-        ]
-        for unit in (1.0, 1e-3)
-    )
-    short, whole = judged(a, b, 1400), judged(a, b)
-    assert short.verdict == whole.verdict == "differ"
-    first, later = (result.channels["y"] for result in (short, whole))
-    assert first.basis.name == "LARGEST"
-    assert first.differs_from == later.differs_from < 14.0
-
-
-# By themselves
-
-
-def test_the_window_is_a_share_of_the_time_between_turning_points_of_the_first_samples():
-    time = np.arange(8000) * 0.01
-    noise = 1e-4 * np.random.default_rng(0).standard_normal(time.size)
-    curve = np.where(time < 10.0, np.sin(2 * np.pi * time) + noise, 0.0)
-    assert pace(time, [curve, 0.0 * time]) == pytest.approx(0.5, abs=0.02)
-    assert pace(time[:1000], [curve[:1000]]) == pace(time, [curve])
-    # One that does not turn takes as long as was looked at, or more.
-    assert pace(time, [np.exp(-time)]) == time[999]
-
-
 def predictable(*gaps):
     known = np.ones(200, dtype=bool)
     for first, last in gaps:
@@ -131,16 +98,3 @@ def predictable(*gaps):
 )
 def test_a_stretch_longer_than_the_window_ends_it_and_shorter_ones_are_counted(gaps, end, isolated):
     assert until(np.arange(200.0), predictable(*gaps), 2.0) == (end, isolated)
-
-
-def test_a_channel_differs_from_the_third_sample_on_that_is_outside_if_these_are_one_percent():
-    every, limits = np.ones(1000, dtype=bool), thresholds()
-    outside = SimpleNamespace(early=np.zeros(1000, dtype=bool), late=np.zeros(1000, dtype=bool))
-    outside.early[[5, 80, 90]] = True
-    outside.late[[600, 610, 620]] = True
-    assert differs(every, every, outside.early, limits).argmax() == 90
-    assert not differs(every, every, outside.late, limits).any()
-    few = np.arange(1000) < 100  # of a tenth that is predictable
-    outside.early[:9] = True
-    assert differs(few, every, outside.early, limits).any()
-    assert not differs(few & (np.arange(1000) % 4 == 0), every, outside.late, limits).any()
