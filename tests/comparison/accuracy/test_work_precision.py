@@ -9,6 +9,7 @@ import pytest
 from comparison.accuracy.refine import FLOOR
 from comparison.accuracy.work_precision import TimedRun, candidates, evaluate_runs
 from comparison.scene import load_scene
+from comparison.words.accuracy import settings_basis
 
 SCENE = load_scene("150rpm-0.2mm", {"drive.cycles": 1.0, "clearance.slider": 2e-4})
 CANDIDATES = candidates(SCENE)
@@ -59,6 +60,14 @@ def test_runs_that_are_close_by_chance_do_not_hide_how_far_neighbouring_trajecto
     # Of another run's start they say nothing.
     lost = [replace(first, status="time limit", x=None), *rows[1:]]
     assert evaluate_runs(SCENE, lost, moved).coverage(1e-9) == 1.0
+
+
+def test_one_model_alone_is_unconfirmed():
+    result = measured(lost=("tree", "full"))
+    assert [row.candidate.setting for row in (result.exact, result.confirming)] == [1e-13, 1e-12]
+    assert settings_basis(result).endswith("no run of the other model confirms it")
+    nothing = measured(lost=("minimal", "tree", "full"))
+    assert (nothing.exact, nothing.front, nothing.cheapest(1e-5)) == (None, (), None)
 
 
 def test_the_front_has_only_settings_that_are_better_beyond_the_error_of_their_errors():

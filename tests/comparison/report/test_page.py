@@ -79,6 +79,7 @@ def test_equal_comparisons_give_equal_pages_of_bounded_size(scene):
 def test_every_channel_is_in_the_table_or_named(differing):
     html = page(differing)
     table = rows(html, "Channels of scene")
+    assert "drive.speed_rpm = 150.0" in html
     (named,) = re.findall(r"Not plotted: (.*?), which were not excited", html, re.DOTALL)
     reasons = text(part(html, "of the channels do", "</details>"))
     for name, channel in differing.channels.items():

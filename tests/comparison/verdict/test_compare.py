@@ -39,6 +39,15 @@ def test_what_refining_either_side_or_both_leaves_of_a_difference(scene, make_ru
     assert (attribution.remaining, attribution.unpredictable) == (expected, {})
 
 
+def test_the_lines_state_the_setting_its_value_and_what_was_expected_of_it(scene, make_runs):
+    result = compared(scene, make_runs(1e-10, refinement=(10.0, 1.0)), make_runs(1e-6))
+    assert attribution_lines(result) == [
+        "100.00% of the judged samples explained",
+        "left of the difference: 100.0% with reference's tolerance / 10 (1e-10; 0.1 of its own error), 25.0% "
+        "with exudyn's step / 2 (2e-06 s; with its tolerance, 1e-07; 0.25 of its own error), 25.0% with both",
+    ]
+
+
 def test_a_difference_of_models_is_located_by_time_channel_and_contact(scene, make_runs):
     # From 14 ms on the second model moves further: the first sample then is the eighth, at 2 ms each.
     a, b = make_runs(1e-6), moved(make_runs(2e-6), 0.013, slider_x=1e-7, slider_y=1e-12)

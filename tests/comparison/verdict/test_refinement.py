@@ -10,6 +10,7 @@ from comparison.execution.run import VIOLATED, Outcome
 from comparison.scene import load_scene
 from comparison.verdict.compare import compare
 from comparison.verdict.refinement import ENOUGH_LEVELS, MOST_LEVELS, settle, without_violation
+from comparison.words.verdicts import finer_runs, scene_reason
 
 STEP = 2e-6
 """s, of the shipped scenes."""
@@ -89,6 +90,8 @@ def test_a_verdict_is_refined_until_it_stands(levels, errors, tree, verdict, ref
     # Comparison, runs and scene belong together.
     assert computed.scene.data["solver"]["exudyn"]["step"] == pytest.approx(STEP / 2**refined)
     np.testing.assert_array_equal(result.channels["slider_x"].b, computed.runs[1].base.values("slider_x"))
+    assert f"halved {('', 'once', 'twice', 'three times', 'four times')[refined]}, to" in finer_runs(result)
+    assert ("have not converged" in scene_reason(result)) == (verdict == "indeterminate")
     if verdict == "differ":
         assert (result.confirmation.outcome, result.confirmation.members) == ("confirmed", (99, 0))
 
@@ -129,6 +132,7 @@ def test_where_a_finer_run_fails_the_tree_decides(levels, tree, verdict):
     result = model.settled(families).comparison
     assert (result.verdict, result.refined) == (verdict, 0)
     assert (result.confirmation is not None) == (verdict == "differ")
+    assert ("a finer run failed" in scene_reason(result)) == (verdict == "indeterminate")
 
 
 def test_a_violation_at_the_scenes_own_step_is_remedied_by_half_of_it(levels):

@@ -40,13 +40,27 @@ def test_the_contact_in_progress_or_the_last_one(time, words):
     assert contact(time, EVENTS.iloc[::-1]) == words  # whatever the order of the rows
 
 
+def instant(time, events=(None, None), scene=None):
+    period = scene and 60.0 / abs(scene["drive"]["speed_rpm"])
+    return instant_of(
+        time,
+        SceneComparison(("a", "b"), "differ", np.empty(0), {}, events=events, period=period, scene=scene),
+    )
+
+
+def test_both_models_are_named_only_where_they_are_in_different_contacts():
+    same = "0.0201 s, during contact of the upper right corner"
+    assert instant(0.0201, (None, EVENTS)) == instant(0.0201, (EVENTS, EVENTS.copy())) == same
+    other = EVENTS.assign(corner="lr")
+    assert instant(0.0201, (EVENTS, other)) == f"{same} (a), during contact of the lower right corner (b)"
+
+
 @pytest.mark.parametrize(("speed", "angle"), [(150.0, 8), (-150.0, 332)])
 def test_cycle_and_angle_of_the_crank_follow_the_scene(speed, angle):
     # 0.42 s at 0.4 s a cycle: 18 degrees into the second.
     start = {"mechanism.crank_angle_deg": 350.0, "drive.speed_rpm": speed}
     scene = load_scene("150rpm-0.2mm", start).data
-    comparison = SceneComparison(("a", "b"), "differ", np.empty(0), {}, period=0.4, scene=scene)
-    assert instant_of(0.42, comparison) == f"0.42 s (cycle 2, crank at {angle}°)"
+    assert instant(0.42, scene=scene) == f"0.42 s (cycle 2, crank at {angle}°)"
 
 
 @pytest.mark.usefixtures("own_cache")
