@@ -1,6 +1,7 @@
 """Scenes as the judge returns them, of a made-up press: a mass that bounces between two walls."""
 
 from dataclasses import fields, replace
+from functools import cache
 from math import cos, pi, sin
 
 import numpy as np
@@ -27,6 +28,7 @@ RECORD = {
 }  # fmt: skip
 
 
+@cache
 def bounce(start, drift):
     """Integrate a mass between two walls under a reversing force.
 

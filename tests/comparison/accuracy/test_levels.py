@@ -1,42 +1,12 @@
-"""Named settings with their measured errors, levels of refinement, the tight tier."""
-
-from math import isnan
+"""Levels of refinement, the tight tier."""
 
 import pytest
 
-from comparison.accuracy.levels import START, coarser, expected, finer, refinement, tight
+from comparison.accuracy.levels import coarser, finer, refinement, tight
 from comparison.scene import load_scene, shipped_scenes
 
-FULL, TREE = ({"solver.exudyn.formulation": name} for name in ("full", "tree"))
+TREE = {"solver.exudyn.formulation": "tree"}
 MODELS = ("reference", "exudyn")
-OTHER = {"solver.reference.method": "Radau", "output.groups": ["joints"]}
-
-
-@pytest.mark.parametrize(
-    ("shipped", "changes", "measured_on", "own"),
-    [
-        # The same physics; other physics; another method, of both models
-        ("300rpm-0.2mm", {"drive.speed_rpm": 150, "drive.cycles": 11.0}, "150rpm-0.2mm", True),
-        ("both-clearances", {"load.force": 300.0}, "both-clearances", False),
-        ("150rpm-0.2mm", OTHER, "150rpm-0.2mm", False),
-    ],
-)
-def test_a_scene_has_the_error_of_the_one_with_its_physics_and_method(shipped, changes, measured_on, own):
-    for model in MODELS:
-        known = expected(load_scene(shipped, changes), model)
-        assert (known.scene, known.own) == (measured_on, own)
-
-
-def test_a_finer_setting_has_the_error_of_the_next_coarser_name_and_the_time_of_its_steps():
-    scene = load_scene("150rpm-0.2mm", FULL | {"drive.cycles": 1.0})
-    named, between, strict, finest = (
-        expected(scene.variant({"solver.exudyn.step": step}), "exudyn")
-        for step in (2e-6, 1.9e-6, 5e-7, 2.5e-7)
-    )
-    assert (between.error, finest.error) == (named.error, strict.error)
-    assert finest.seconds - START["exudyn"] == pytest.approx(2 * (strict.seconds - START["exudyn"]))
-    coarse = load_scene("150rpm-0.2mm", {"solver.reference.tolerance": 1e-3})
-    assert isnan(expected(coarse, "reference").error)
 
 
 @pytest.mark.parametrize(

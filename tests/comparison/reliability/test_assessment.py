@@ -1,52 +1,46 @@
-"""From tables to reliabilities: errors and their peaks, averages over parts of the cycle, the cap."""
+"""Errors of a slider, their averages over parts of the cycle, and the difference of two models."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.signal import lfilter
 from scipy.special import ndtr
+from scipy.stats import norm
 
-from comparison.reliability.assessment import assess
-from comparison.reliability.errors import (
-    MANY,
-    half_width,
-    part_edges,
-    slider_errors,
-    standard_error,
-)
+import sixbar
+from comparison.accuracy.uncertainty import Runs
+from comparison.execution.run import at_own_samples, dense_scene, run_one
+from comparison.models import MODELS
+from comparison.reliability.assessment import MARGIN, assess, compare_reliability, ideal_scenes
+from comparison.reliability.errors import MANY, half_width, part_edges, slider_errors, standard_error
+from comparison.scene import load_scene
 from comparison.scene.schema import AccelerationLimits, Reliability
 from comparison.tables.table import Table, TableError
 
 PERIOD = 0.4
+LIMIT = 80.0
+SETTINGS = Reliability(acceleration=AccelerationLimits(upper=LIMIT))
+K = 2.0
 REPEATED = 1000
 SAMPLES = 100
 # Of 1000 intervals with a probability of 0.95 each, the share that covers is within 0.021 of it in 99.7 %.
 CHANCE = 3 * np.sqrt(0.95 * 0.05 / REPEATED)
 
 
-# ---- errors
+def press(error=0.0, cycles=2, per_cycle=1000):
+    """Return a slider that follows a sine of the crank, with errors of the acceleration alone.
+
+    Then without the velocity, of which it would not be the rate any more.
+    """
+    time = np.arange(round(cycles * per_cycle) + 1) * (PERIOD / per_cycle)
+    phase, w = 2 * np.pi * time / PERIOD, 2 * np.pi / PERIOD
+    columns = {"time": time, "slider_y": 0.1 * np.cos(phase)}
+    if not np.any(error):
+        columns["slider_vy"] = -0.1 * w * np.sin(phase)
+    return Table(pd.DataFrame(columns | {"slider_ay": -0.1 * w**2 * np.cos(phase) + error}))
 
 
-def test_the_ideal_is_interpolated_to_the_times_of_the_result_whatever_they_are(press):
-    fine = press(5.0, per_cycle=1000)
-    errors = slider_errors(fine, press(per_cycle=400), PERIOD)
-    assert np.array_equal(errors.time, fine.time)
-    # Cubics with slopes to second order: h^3 y''''/ 24 = 1e-9 * 0.1 * 15.7^4 / 24, twice as much at the ends.
-    assert np.abs(errors.by_channel["slider_y"]).max() < 4e-7
-    assert errors.by_channel["slider_ay"] == pytest.approx(np.full(2001, 5.0), abs=1e-4)
-    assert not slider_errors(press(), press(), PERIOD).by_channel["slider_vy"].any()
-    with pytest.raises(TableError, match="channel slider_ay is missing"):
-        slider_errors(fine, Table(press().frame.drop(columns="slider_ay")), PERIOD)
-
-
-def test_where_only_other_channels_have_extrema_by_cycle_those_of_the_whole_run_count(press):
-    """By cycle, against a second computation: test_second_opinion.py."""
-    ends = {"time_of_min": 0.1002, "min": -130.0, "time_of_max": 0.2, "max": 30.0}
-    of_x = {f"slider_x_{part}": np.array([0.0, 0.0]) for part in ends}
-    run = Table(press().frame, extrema={"slider_ay": ends}, cycle_extrema=of_x)
-    assert slider_errors(run, press(), PERIOD).peak("slider_ay").time == 0.1002
-
-
-# ---- averages
+# ---- one model
 
 
 @pytest.mark.parametrize(
@@ -93,15 +87,103 @@ def test_the_interval_of_an_average_covers_it_also_where_the_cycles_share_their_
     assert standard_error(np.tile(2 * LOCKED, (3, 1))).error == 0.0  # what repeats leaves nothing open
 
 
-# ---- reliabilities
-
-
-def test_of_a_part_of_a_cycle_the_first_bin_ends_with_the_run_and_the_sign_counts_if_it_is_asked_for(press):
-    settings = Reliability(acceleration=AccelerationLimits(upper=80.0), errors="signed")
+def test_of_a_part_of_a_cycle_the_first_bin_ends_with_the_run_and_the_sign_counts_if_it_is_asked_for():
+    settings = Reliability(acceleration=AccelerationLimits(upper=LIMIT), errors="signed")
     result = assess(slider_errors(press(-8.0, 0.06), press(0.0, 0.06), PERIOD), settings)["acceleration"]
     assert (result.angle.tolist(), result.cycles.tolist()) == ([21.6], [1.0])
-    known = -8.0, float(ndtr((40.0 + 8.0) / (80.0 / 6)))
-    assert (*result.mean, *result.reliability) == pytest.approx(known, rel=1e-12)
+    assert (*result.mean, *result.reliability) == pytest.approx((-8.0, exact(-8.0)), rel=1e-12)
     assert not result.capped.any()
-    without = assess(slider_errors(press(), press(), PERIOD), Reliability())
-    assert all(quantity.capped.all() for quantity in without.values())
+
+
+# ---- the difference of two
+
+
+def compared(a, b, ideal, settings=SETTINGS):
+    """The difference of the acceleration's reliabilities; of runs or tables."""
+    sides = tuple(side if isinstance(side, Runs) else Runs(side, side) for side in (a, b))
+    ideals = ideal if isinstance(ideal, tuple) else (Runs(ideal, ideal),) * 2
+    return compare_reliability(sides, ideals, PERIOD, settings, K)["acceleration"]
+
+
+def exact(error):
+    """R of a constant error: (40 - e) / (80 / 6)."""
+    return float(ndtr((LIMIT / 2 - error) / (LIMIT / 6)))
+
+
+@pytest.mark.parametrize(
+    ("runs", "ideal", "distance"),
+    [
+        # Two levels that show no order: three times their distance, k = 2.
+        ({"finer": 8.01}, {"finer": 0.0}, (8.01, 8.0)),
+        # Of two perturbed runs the farther one counts.
+        ({"finer": 8.0, "perturbed": 8.2, "other_perturbed": 7.7}, {"finer": 0.0}, (8.0, 7.7)),
+        # Of the ideal there is the coarser level, of second order: a quarter of its distance.
+        ({"finer": 8.0}, {"coarser": 0.01}, (8.0, 7.99)),
+    ],
+)
+def test_the_numerical_part_is_that_of_the_refined_runs_and_of_the_ideal_mechanism(runs, ideal, distance):
+    def family(base, others):
+        return Runs(press(base), **{kind: press(error) for kind, error in others.items()})
+
+    ideals = family(0.0, ideal), family(0.0, dict.fromkeys(ideal, 0.0))
+    result = compared(family(8.0, runs), family(8.0, {"finer": 8.0}), ideals)
+    farther, nearer = distance
+    known = K * (3 / 4 if "coarser" in ideal else 3) * (exact(nearer) - exact(farther))
+    assert result.numerical == pytest.approx(known, rel=1e-9)
+    # The smallest and the parts of the cycle have the same uncertainty where all parts are equal.
+    assert result.curve_half_width == pytest.approx(np.full(10, result.numerical), rel=1e-9)
+    assert result.verdict == ("undecided" if known > MARGIN else "agree")
+
+
+def test_smallest_values_in_different_parts_of_the_cycle_have_no_pairs():
+    angle, rng = np.arange(2001) * 0.36 % 360.0, np.random.default_rng(2)
+
+    def run(low):
+        scatter = np.append(0.0, np.repeat(rng.normal(0.0, 1.0, 2), 1000))
+        return press(5.0 + 3.0 * ((angle > low) & (angle <= low + 36.0)) + scatter)
+
+    result = compared(run(36.0), run(180.0), press())
+    assert (result.a.angle[result.a.worst], result.b.angle[result.b.worst]) == (72.0, 216.0)
+    # Half-widths of beta times what R changes with it.
+    own = [side.half_width[side.worst] * norm.pdf(side.index[side.worst]) for side in (result.a, result.b)]
+    assert result.sampling == pytest.approx(np.hypot(*own), rel=1e-12)
+    with pytest.raises(TableError, match="different parts of the cycles"):
+        compared(press(), press(cycles=3), press(cycles=3))
+
+
+# ---- the ideal mechanism and the dense runs of a scene
+
+
+def test_both_models_have_the_same_ideal_mechanism():
+    scene = load_scene("ideal", {"drive.cycles": 0.5})
+    known, fine = (run_one(ideal_scenes(scene, model)["base"], model) for model in MODELS)
+    # As `STEPS` says, with room for round-off and other machines.
+    for channel, most in {"slider_y": 1e-11, "slider_vy": 1.5e-7, "slider_ay": 1e-6}.items():
+        assert np.abs(fine.values(channel) - known.values(channel)).max() < most
+
+
+def test_a_coarser_ideal_run_is_coarser_however_many_samples_the_scene_has():
+    """Wedge has 10,000 a cycle, between which no step fits that is twice the base's."""
+    scene = load_scene("wedge")
+    known, fine, coarse = (
+        run_one(ideal_scenes(scene, model)[kind], model).values("slider_vy")
+        for model, kind in (("reference", "base"), ("exudyn", "base"), ("exudyn", "coarser"))
+    )
+    sizes = [np.abs(coarse - known[::2]).max(), np.abs(fine - known)[::2].max()]
+    assert sizes[0] / sizes[1] == pytest.approx(4.0, rel=0.05)
+
+
+def test_a_dense_run_at_the_samples_of_the_scene_is_the_run_of_the_scene():
+    """Its times differ in the last digit, 1e-16 s, in which a gap or a force moves by 3e-10 of its range."""
+    scene = load_scene("90rpm-0.5mm", {"output.samples_per_cycle": 333, "output.groups": ["corners"]})
+    run, dense = run_one(scene, "reference"), run_one(dense_scene(scene), "reference")
+    thinned = at_own_samples(dense, scene)
+    assert thinned.names == run.names
+    assert thinned.time.tobytes() == run.time.tobytes()
+    assert thinned.extrema == run.extrema
+    assert thinned.provenance["scene_hash"] == run.provenance["scene_hash"]
+    for name in run.channels:
+        values = run.values(name)
+        np.testing.assert_allclose(thinned.values(name), values, rtol=0, atol=1e-9 * np.ptp(values))
+    with pytest.raises(TableError, match=r"^table ideal: .*clearance \(slider\)"):
+        sixbar.reliability(run, ideal=run)

@@ -1,19 +1,14 @@
-"""Whole tables of runs: where a difference comes from, what is refused, what tables record."""
+"""Where a difference comes from, by the runs of both models."""
 
 from dataclasses import replace
 from math import isnan
 
-import numpy as np
 import pandas as pd
 import pytest
 from by_keywords import compare
 
 from comparison.accuracy.uncertainty import Runs
-from comparison.tables.table import Table, TableError
-from comparison.verdict.compare import recorded_scene
 from comparison.words.differences import attribution_lines
-from comparison.words.record import as_mapping, of_comparisons
-from comparison.words.verdicts import reasons
 
 LABELS = ("reference", "exudyn")
 KINDS = ("base", "finer", "perturbed", "coarser", "other_perturbed")
@@ -32,44 +27,9 @@ def moved(runs, late, parts=(1.0,) * 5, **columns):
     return runs
 
 
-def test_runs_of_one_model_are_all_complete_and_share_their_times(scene, make_table, make_runs):
-    broken, late = make_runs(1e-6), make_runs(1e-6)
-    broken.other_perturbed.frame.loc[40, "corner_ur_normal"] = np.nan
-    late.finer.frame["time"] *= 1 + 1e-12
-    denser = scene.with_values({"output.samples_per_cycle": 1000})
-    lacking = Table(make_table().frame.drop(columns="slider_omega"))
-    for a, b, message in (
-        (Runs(lacking), Runs(lacking), "reference: channel slider_omega is missing"),  # the scene asks for it
-        (make_runs(1e-6), broken, "^exudyn other perturbed: corner_ur_normal is nan in data row 41"),
-        (make_runs(1e-6), make_runs(1e-6, scene=denser), "must have the same times"),
-        (late, make_runs(1e-6), "reference finer: its times differ from those of reference"),
-    ):
-        with pytest.raises(TableError, match=message):
-            compared(scene, a, b)
-    result = compare(Runs(make_table()), Runs(make_table(scene=denser)), scene=scene, tolerance=1e-2)
-    assert (result.verdict, "b was interpolated" in result.warnings[0]) == ("agree", True)
-    # Of a press at rest nothing was compared.
-    still = Runs(Table(make_table().frame.assign(**dict.fromkeys(make_table().channels, 0.0))))
-    assert compare(still, still, scene=scene, tolerance=1.0).verdict == "indeterminate"
-
-
-def test_the_scene_is_found_beside_two_tables_unless_they_are_of_different_ones(scene, make_table):
-    def recorded(**values):
-        return Table(make_table().frame, None, {}, {"scene": scene.with_values(values).data})
-
-    strict = recorded(**{"solver.reference.tolerance": 1e-11, "scene.title": "other"})
-    result, warnings = recorded_scene(recorded(), strict)
-    assert warnings == ()
-    for section in result.data.keys() - {"solver", "scene"}:  # settings and title are of no account
-        assert result.data[section] == scene.data[section]
-    none, (warning,) = recorded_scene(recorded(), recorded(**{"drive.speed_rpm": 151.0}))
-    assert (none, "drive" in warning) == (None, True)
-    assert recorded_scene(recorded(), make_table()) == (None, ())
-
-
 # Sizes go with the errors e_a and e_b, and refining leaves a quarter of its own side's.
 # The tables round at 1e-16 m of differences of 2e-10 m: 1e-6 of them.
-@pytest.mark.parametrize(("e_a", "e_b"), [(0.0, 1e-6), (3e-6, 0.0), (1e-6, -2e-6), (1e-6, 3e-5)])
+@pytest.mark.parametrize(("e_a", "e_b"), [(3e-6, 0.0), (1e-6, -2e-6), (1e-6, 3e-5)])
 def test_what_refining_either_side_or_both_leaves_of_a_difference(scene, make_runs, e_a, e_b):
     result = compared(scene, make_runs(e_a), make_runs(e_b))
     attribution = result.attribution
@@ -81,13 +41,11 @@ def test_what_refining_either_side_or_both_leaves_of_a_difference(scene, make_ru
 
 def test_the_lines_state_the_setting_its_value_and_what_was_expected_of_it(scene, make_runs):
     result = compared(scene, make_runs(1e-10, refinement=(10.0, 1.0)), make_runs(1e-6))
-    lines = [
+    assert attribution_lines(result) == [
         "100.00% of the judged samples explained",
         "left of the difference: 100.0% with reference's tolerance / 10 (1e-10; 0.1 of its own error), 25.0% "
         "with exudyn's step / 2 (2e-06 s; with its tolerance, 1e-07; 0.25 of its own error), 25.0% with both",
     ]
-    assert attribution_lines(result) == lines == as_mapping(result)["attribution"]["sentences"]
-    assert dict(reasons(result))["why"] == "; ".join(lines)
 
 
 def test_a_difference_of_models_is_located_by_time_channel_and_contact(scene, make_runs):
@@ -114,30 +72,9 @@ def test_a_difference_of_models_is_located_by_time_channel_and_contact(scene, ma
     assert isnan(alone.explained)
 
 
-def test_a_scene_may_demand_a_time_beside_its_coverage(scene, make_runs):
-    a, b = make_runs(1e-6), moved(make_runs(1e-6), 0.3, (1.0, 0.25, 4.0, 4.0, 4.0), slider_x=2e-5)
-    for demand, code in ((None, 0), ("any", 0), (0.2, 0), (0.31, 3)):
-        result = compare(a, b, scene=scene, labels=LABELS, until=demand)
-        assert (result.verdict, result.until, result.exit_code) == ("agree", pytest.approx(0.298), code)
-        (case, *_) = of_comparisons([result])
-        assert case.status == ("passed" if code == 0 else "skipped")
-        assert ("0.31 s are demanded" in case.message) == (code == 3)
-
-
 def test_the_model_that_limits_the_coverage_is_named(scene, make_runs):
     # 0.2 of the clearance from half a cycle on, and not at all in the reference.
     a, b = make_runs(1e-6), moved(make_runs(1e-6), 0.2, (1.0, 0.25, 4.0, 4.0, 4.0), slider_x=2e-5)
     result = compared(scene, a, b)
     assert result.channels["slider_x"].verdict == "indeterminate"
     assert result.attribution.unpredictable == {"a": 0.0, "b": 1.0, "each": 0.0, "together": 0.0}
-    line = "not predictable in the indeterminate channels by the uncertainty of exudyn alone 100%"
-    assert attribution_lines(result)[-1] == line
-    # A force, because its corner is not
-    a, b = make_runs(0.1), make_runs(1e-6)
-    for kind in KINDS:
-        run = getattr(a, kind)
-        for name in set(run.channels) - {"corner_ll_gap"}:
-            run.frame[name] = b.base.frame[name]
-    result = compared(scene, a, b)
-    assert result.channels["corner_ll_normal"].verdict == "indeterminate"
-    assert result.attribution.unpredictable["a"] == 1.0

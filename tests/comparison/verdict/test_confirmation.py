@@ -8,64 +8,43 @@ import pytest
 from by_keywords import compare_recorded
 from fake_ensemble import LATE, LOCAL, MODELS, Fake, narrow, wide
 
-from comparison.accuracy.uncertainty import Runs, movable, perturbation
-from comparison.scene import load_scene
+from comparison.accuracy.uncertainty import Runs, perturbation
 from comparison.tables.table import Table
 from comparison.verdict.confirmation import ENOUGH_MEMBERS, moved_starts, starting_error
 from comparison.verdict.recorded import ProgramRuns
-from comparison.words import differences as words
-from comparison.words.record import as_mapping
-from comparison.words.verdicts import reasons, scene_reason
 
 SINCE = pytest.approx(LATE * 0.8, abs=0.01)
 TIME = np.arange(401) * 2e-3
 
 
-def test_where_models_agree_nothing_is_run(fake):
-    model = fake(wide)
-    before, after = model.confirmed()
-    assert (before.verdict, after, model.asked) == ("agree", before, [])
-
-
-@pytest.mark.parametrize("size", [3.0, 300.0])
-def test_a_true_difference_is_confirmed_even_a_tiny_one(fake, size):
+def test_a_true_difference_is_confirmed_even_a_tiny_one(fake):
     u = 1.25 * 10 / 9 * LOCAL / 10 * np.sqrt(2.0)  # of three levels in order, of both models
-    model = fake(narrow, bias=(0.0, size * u))
-    before, after = model.confirmed()
+    before, after = fake(narrow, bias=(0.0, 3.0 * u)).confirmed()
     made = after.confirmation
-    assert model.asked == [("reference", 99), ("exudyn", 30)]
     assert (before.verdict, after.verdict, made.outcome) == ("differ", "differ", "confirmed")
     assert (made.farther, made.members, made.since) == ((0, 0), (99, 30), SINCE)
     # By construction the farthest of 99 normal draws is some 3 standard deviations out, i.e. about 2 u.
     assert made.excess > 1.0
-    assert (
-        "from 0.484 s on by runs from moved starts, 99 of reference and 30 of exudyn: "
-        in words.confirmation(after)
-    )
 
 
 def test_an_underestimated_uncertainty_is_taken_back_and_called_so(fake):
     before, after = fake(wide).confirmed(b=3e-6)
-    made, said = after.confirmation, words.confirmation(after)
+    made = after.confirmation
     assert (before.verdict, after.verdict, made.outcome) == ("differ", "agree", "underestimated")
     assert (min(made.farther) > 0, made.since) == (True, SINCE)
     # The farthest of 99 draws over four decades is close to their end, 1e-4; u is some 2e-7.
     assert 1e-4 / 2.5e-7 / 2 < made.factor < 2 * 1e-4 / 1.5e-7
-    assert "no difference of models, the uncertainty was underestimated by a factor" in said
     # The corrected uncertainty is in the channels, and holds only where it was wrong.
     x, old = after.channels["slider_x"], before.channels["slider_x"]
     late, early = x.time > LATE * 0.8 + 0.02, x.time < LATE * 0.8 - 0.02
     assert np.all(x.u[late] > 10 * old.u[late])
     np.testing.assert_array_equal(x.u[early], old.u[early])
-    assert reasons(after)[:2] == [("reason", scene_reason(after)), ("confirmation", said)]
-    assert as_mapping(after)["confirmation"]["sentence"] == said
 
 
 def test_too_few_members_leave_the_difference_unconfirmed_and_one_large_ensemble_takes_it_back(fake):
     _, after = fake(narrow, bias=(0.0, 1e-3), succeed=18).confirmed()
     made = after.confirmation
     assert (after.verdict, made.outcome, made.members) == ("differ", "unconfirmed", (18, 18))
-    assert words.confirmation(after).startswith("differ (unconfirmed, 18 runs) from 0.484 s on: ")
 
     class Failing(Fake):
         def run(self, starts, model):
@@ -80,10 +59,11 @@ def test_too_few_members_leave_the_difference_unconfirmed_and_one_large_ensemble
     assert apart.confirmed()[1].confirmation.outcome == "unconfirmed"
 
 
-def test_starts_are_moved_by_what_the_error_is_worth_and_always_alike(make_table, small, scene):
+@pytest.mark.parametrize("response", [10.0, 1000.0])
+def test_starts_are_moved_by_what_the_error_is_worth(make_table, scene, response):
     clearance, samples = scene.data["clearance"]["slider"], make_table().time.size
 
-    def worth(error, response, before=samples):
+    def worth(error, before=samples):
         """Of a run with an error, whose perturbed runs have moved by so many times what their starts had."""
         apart = response * perturbation(scene) / clearance
         base, finer, one, other = (make_table(stretch=size) for size in (0.0, error, apart, -apart))
@@ -91,11 +71,13 @@ def test_starts_are_moved_by_what_the_error_is_worth_and_always_alike(make_table
 
     # x moves by the clearance times the error at a sine's peak, as its perturbed runs do by their response: a
     # constant ratio. The angle times the length is twice that, and its response as well.
-    for response in (10.0, 1000.0):
-        shift, until = worth(1e-5, response)
-        assert shift == pytest.approx(1e-5 * clearance / response, rel=1e-3)
-        assert min(until[-1] / shift, 1.0) == pytest.approx(1.0, rel=1e-3)
-    assert worth(1e-12, 1000.0)[0] == worth(1e-5, 10.0, 0)[0] == perturbation(scene)
+    shift, until = worth(1e-5)
+    assert shift == pytest.approx(1e-5 * clearance / response, rel=1e-3)
+    assert until[-1] == pytest.approx(shift, rel=1e-3)
+    assert worth(1e-12)[0] == worth(1e-5, 0)[0] == perturbation(scene)
+
+
+def test_starts_are_drawn_apart_in_offset_and_angle_and_always_alike(small):
     starts, others = (moved_starts(small, model, 1e-9) for model in MODELS)
     assert [s.hash for s in starts] == [s.hash for s in moved_starts(small, "reference", 1e-9)]
     assert len({s.hash for s in (*starts, *others)}) == 129
@@ -106,9 +88,6 @@ def test_starts_are_moved_by_what_the_error_is_worth_and_always_alike(make_table
     for moved in (offsets - small.data["initial"]["slider_offset"], angles * length):
         assert moved.std() == pytest.approx(1e-9, rel=0.3)
     assert abs(np.corrcoef(offsets, angles)[0, 1]) < 0.3
-    pin = load_scene("crank-pin")
-    assert movable(pin) == "crank_pin"
-    assert len({s.data["mechanism"]["crank_angle_deg"] for s in moved_starts(pin, "exudyn", 1e-9)}) == 30
 
 
 def runs(error, wave=0.0, count=2, spread=1e-9):
@@ -127,7 +106,6 @@ def runs(error, wave=0.0, count=2, spread=1e-9):
 @pytest.mark.parametrize(
     ("members", "wave", "spread", "outcome"),
     [
-        (0, 1e-3, 1e-9, "unconfirmed"),
         (ENOUGH_MEMBERS - 1, 1e-3, 1e-9, "unconfirmed"),
         (ENOUGH_MEMBERS, 1e-3, 1e-9, "confirmed"),
         (40, 1e-4, 1e-4, "underestimated"),  # by one that spreads as far
@@ -139,8 +117,4 @@ def test_further_runs_from_files_are_an_ensemble(members, wave, spread, outcome)
         a, b = (replace(of, perturbed=[of.base, of.base, *of.perturbed[2:]]) for of in (a, b))
     result = compare_recorded(a, b, scene=None, labels=("a", "b"))
     assert (result.confirmation.outcome, result.confirmation.members) == (outcome, (members, members))
-    assert (
-        "a: factor 2 between its settings and order 2 of its error are assumed (--refinement)"
-        in result.warnings
-    )
     assert result.verdict == ("agree" if outcome == "underestimated" else "differ")

@@ -2,7 +2,6 @@
 
 import pytest
 
-from comparison.verdict.results import exit_code
 from comparison.verdict.validate import pairs, standing
 from comparison.words import verdicts as words
 
@@ -36,7 +35,3 @@ def test_one_of_four_is_the_outlier_only_if_the_three_others_all_agree():
     verdicts = {pair: "differ" if "four" in pair else "agree" for pair in pairs(models)}
     assert standing(models, verdicts).outlier == "four"
     assert standing(models, verdicts | {("one", "two"): "differ"}).outlier == ""
-
-
-def test_the_exit_code_of_nothing_is_that_nothing_could_be_compared():
-    assert exit_code([]) == 2

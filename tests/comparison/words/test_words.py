@@ -1,4 +1,4 @@
-"""Sentences: an instant, and which error a run has."""
+"""Sentences: an instant, and the page on accuracy."""
 
 import re
 from pathlib import Path
@@ -7,15 +7,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.accuracy.refine import Limit, accurate_run
+from comparison.accuracy.refine import Limit
 from comparison.scene import load_scene
 from comparison.verdict.results import SceneComparison
-from comparison.words.accuracy import accuracy_line
 from comparison.words.differences import contact, instant_of
-from tests.helpers.known_error import USUAL, KnownError, growing
 
 PAGE = Path(__file__).parents[3] / "docs" / "accuracy.md"
-OWN = USUAL.with_values({"clearance.slider": 2.1e-4})
 EVENTS = pd.DataFrame(
     [
         ("ul", 0.010, 0.011),
@@ -64,25 +61,6 @@ def test_cycle_and_angle_of_the_crank_follow_the_scene(speed, angle):
     start = {"mechanism.crank_angle_deg": 350.0, "drive.speed_rpm": speed}
     scene = load_scene("150rpm-0.2mm", start).data
     assert instant(0.42, scene=scene) == f"0.42 s (cycle 2, crank at {angle}°)"
-
-
-# Accuracy
-
-
-@pytest.mark.parametrize(
-    ("wanted", "known", "said"),
-    [
-        # Half of two cycles, and the window of u before it
-        (1e-8, {"magnification": growing},
-         r"is within 1e-08 m on 49\.5% of the run, without a gap up to 0\.396 s \(0\.99 cycles\); .*"
-         r"since trajectories from starts 2e-13 m apart diverge by up to 2\.1e-05 m"),
-        (1e-9, {"error": 1e4, "fails": lambda t: "chatter" if t < 0.9e-10 else ""},
-         "it holds nowhere; .*Finer settings have no result: chatter, as told"),
-        (1e-6, {"fails": lambda t: "" if t == 1e-8 else "chatter"}, "the error is unknown: chatter, as told"),
-    ],
-)  # fmt: skip
-def test_one_line_has_what_was_reached_until_when_and_why_not_more(wanted, known, said):
-    assert re.search(said, accuracy_line(accurate_run(OWN, "reference", wanted, run=KnownError(**known))))
 
 
 @pytest.mark.usefixtures("own_cache")
