@@ -1,4 +1,4 @@
-"""What is printed: it fits, and says how far the work is; sizes of files; commands of a report."""
+"""What is printed fits, and what a report tells to do repeats its scene."""
 
 import html
 import os
@@ -12,12 +12,7 @@ from pathlib import Path
 import pytest
 
 from comparison.cli import main
-from comparison.cli.console import SILENCE, Lines
-from comparison.files import LARGEST_TEXT
 from comparison.scene import load_scene, parse_set
-from comparison.scene.loading import LARGEST_FILE
-from comparison.studies.sweep import LARGEST_LIST
-from comparison.tables.table_files import LARGEST
 
 pytestmark = pytest.mark.usefixtures("elsewhere")
 ROOT = Path(str(files("comparison"))).parent
@@ -40,24 +35,6 @@ def test_commands_that_run_nothing_fit_the_terminal(columns, capsys, monkeypatch
         assert len(out.splitlines()) > 8
 
 
-def test_progress_in_a_log_is_few_lines(capsys):
-    """Half a percent a second: a line for every tenth. Ten minutes for 6 %: neither silent nor loud."""
-    now = [100.0]
-
-    def lines(shares):
-        report = Lines("campaign", lambda: now[0])
-        for share in shares:
-            now[0] += 1.0
-            report(share)
-        return capsys.readouterr().err.splitlines()
-
-    result = lines((step + 1) / 200 for step in range(200))
-    assert result[0] == "sixbar: campaign: 10%, about 3 min left"
-    assert result[-1] == "sixbar: campaign: 90%, less than a minute left"
-    assert len(result) == 9
-    assert len(lines(step / 10_000 for step in range(600))) == 600 / SILENCE
-
-
 RUN = ["run", "ideal", "--set=drive.cycles=0.1", "--model=reference", "--out=a.csv"]
 RUN.append('--set=output.groups=["accelerations", "joints", "energy"]')
 HEAVY = {"pandas", "scipy", "numba", "exudyn", "matplotlib", "rich"}
@@ -72,31 +49,6 @@ def test_a_command_imports_nothing_heavy_that_it_does_not_need(arguments, heavy)
     loaded = set(ended.stdout.decode().splitlines()[-1].split())
     assert "comparison.cli.compare" in loaded
     assert not loaded & heavy
-
-
-COMPARE, SOUND = "compare {} sound.csv", "compare sound.csv sound.csv"
-
-
-@pytest.mark.parametrize(
-    ("name", "command", "most"),
-    [
-        ("own.toml", "plan {}", LARGEST_FILE),
-        ("map.toml", f"{SOUND} --mapping {{}}", LARGEST_TEXT),
-        ("baseline.toml", "gate --baseline {}", LARGEST_TEXT),
-        *((name, COMPARE, LARGEST) for name in ("own.csv", "own.parquet", "own.mat")),
-        ("own.parquet", "plot {}", LARGEST),
-        ("list.csv", "study sweep ideal --list {}", LARGEST_LIST),
-    ],
-)
-def test_a_file_that_is_too_large_is_refused_before_it_is_read(name, command, most, capsys):
-    Path("sound.csv").write_text("time,x\n0,1\n1,2\n2,4\n")
-    Path(name).touch()
-    os.truncate(name, most + 1)  # zeros, which take no space on the disk
-    assert main(command.format(name).split()) == 2
-    out, err = capsys.readouterr()
-    assert (out, err.count("\n")) == ("", 1)
-    assert name in err
-    assert f"is larger than {most} bytes" in err
 
 
 # Commands of a report

@@ -4,16 +4,12 @@ import pytest
 
 from comparison.models import EngineError, declared_settings, find, load
 
-THING = "number = 3\ndef f(scene): pass\n"
-
 
 @pytest.mark.parametrize(
     ("source", "points", "message"),
     [
-        (THING, {"mine": "nowhere:simulate"}, "cannot be imported from 'nowhere:simulate': ModuleNotFound"),
-        (THING, {"mine": "thing:absent"}, "from 'thing:absent': AttributeError: module 'thing'"),
-        (THING, {"mine": "thing:number"}, "'mine': 'thing:number' is not a function but a int"),
-        (THING, {"yours": "thing:f"}, "model 'mine' is not known; available: reference, exudyn, yours"),
+        ("f = 3", {"mine": "thing:f"}, "'mine': 'thing:f' is not a function but a int"),
+        ("", {"mine": "thing:f"}, "from 'thing:f': AttributeError: module 'thing'"),
         ("print('hello')\nraise ValueError('no\\nlicence')", {"mine": "thing:f"}, "ValueError: no licence"),
         ("import sys; sys.exit(3)", {"mine": "thing:f"}, "cannot be imported from 'thing:f': SystemExit"),
     ],
@@ -27,20 +23,13 @@ def test_a_model_that_cannot_be_had_is_one_line(install, source, points, message
 
 
 def test_two_packages_with_a_model_of_one_name_are_refused(install):
-    install("thing", THING, {"reference": "thing:f"})
+    install("thing", "", {"reference": "thing:f"})
     with pytest.raises(EngineError, match="twice: reference_model:simulate and thing:f"):
         find("reference")
 
 
-@pytest.mark.parametrize(
-    ("settings", "rule"),
-    [
-        ("3", "settings must be a mapping, not int"),
-        ("{'order': [4]}", r"settings\['order'\] = \[4\] must be a string"),
-        ("{'step': float('nan')}", r"settings\['step'\] = nan must be"),
-    ],
-)
-def test_settings_that_are_none_are_refused(install, settings, rule):
+@pytest.mark.parametrize("settings", ["3", "{'step': float('nan')}"])
+def test_settings_that_are_none_are_refused(install, settings):
     install("thing", f"def f(scene): pass\nf.settings = {settings}\n", {"mine": "thing:f"})
-    with pytest.raises(EngineError, match=rule):
+    with pytest.raises(EngineError, match=r"'mine': settings.* must be"):
         declared_settings("mine")

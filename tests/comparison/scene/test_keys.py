@@ -1,11 +1,11 @@
-"""The list of keys is that of the schema, and a wrong name leads to the key that was meant."""
+"""The list of keys is that of the schema (tests/cli has which key a wrong name leads to)."""
 
 import re
 
 import pytest
 
 from comparison.scene import SceneError, load_scene
-from comparison.scene.keys import did_you_mean, flat, scene_keys
+from comparison.scene.keys import flat, scene_keys
 
 SETTABLE = [key for key in scene_keys() if "[]" not in key.name and not key.name.startswith("scene.")]
 RULE = re.compile(r"(>=?|<=?) (\S+)")
@@ -48,19 +48,3 @@ def test_the_listed_choices_are_all_that_is_taken():
             for choice in key.bounds.split(" | "):
                 assert load_scene("150rpm-0.2mm", {key.name: choice})
             assert all(f"'{choice}'" in refusal(key.name, "?") for choice in key.bounds.split(" | "))
-
-
-@pytest.mark.parametrize(
-    ("names", "meant"),
-    [
-        ("contact.friction friction.coeficient coeff_friction", "did you mean friction.coefficient?"),
-        ("clearence.slider slider_clearance slider.clearance", "did you mean clearance.slider?"),
-        ("rpm drive.rpm drive.spead_rpm speedRpm", "did you mean drive.speed_rpm?"),
-        ("n_cycles drive.cycels", "did you mean drive.cycles?"),
-        ("drive.gravity enviroment.gravity", "did you mean environment.gravity?"),
-        ("workpiece.force", "did you mean load.force?"),
-        ("foo contact.foo drive.qwerty temperature 12345 drive.", "sixbar keys lists all"),
-    ],
-)
-def test_a_misspelt_or_misplaced_name_leads_to_the_key_that_was_meant(names, meant):
-    assert [did_you_mean(name) for name in names.split()] == [f"; {meant}"] * len(names.split())

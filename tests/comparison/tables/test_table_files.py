@@ -1,16 +1,13 @@
 """Tables come back bit for bit; what is no table, or no companion of one, is one line."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from pyarrow import parquet
 
 from comparison.tables.table import Table, TableError, check
 from comparison.tables.table_files import companions, read, write
@@ -53,13 +50,6 @@ def test_any_double_survives_the_text_file(tmp_path_factory, values):
     assert np.array_equal(read(path).values('a "quoted", name'), values)  # -0.0 and 0.0 are one value
 
 
-def test_json_beside_the_table_is_strict(tmp_path, make_table):
-    numbers = {"error": np.float64("nan"), "n": np.int64(3)}
-    path = write(replace(make_table(), provenance=numbers), tmp_path / "a.csv")
-    record = json.loads(path.with_suffix(".json").read_text(), parse_constant=pytest.fail)
-    assert record == {"error": None, "n": 3, "extrema": {}}
-
-
 @pytest.mark.parametrize(
     ("name", "text", "rule"),
     [
@@ -82,13 +72,3 @@ def test_files_that_are_no_tables_and_companions_that_are_none_are_one_line(
     with pytest.raises(TableError, match=rule) as refused:
         check(read(path), ["slider_x"], name="run")
     assert "\n" not in str(refused.value)
-
-
-def test_damaged_metadata_of_parquet_and_two_columns_of_one_name_are_one_line(tmp_path):
-    path, column = tmp_path / "own.parquet", pa.array([0.0, 1.0])
-    damaged = pa.table({"time": column}).replace_schema_metadata({"pandas": '{"columns": [{}]}'})
-    for table in (pa.Table.from_arrays([column, column], names=["time", "time"]), damaged):
-        parquet.write_table(table, path)
-        with pytest.raises(TableError, match="cannot be read: ") as refused:
-            read(path)
-        assert "\n" not in str(refused.value)
