@@ -79,17 +79,17 @@ def test_a_stored_result_calls_nothing_but_records_of_this_package(name):
 
 
 def test_what_nobody_used_in_a_month_is_dropped_and_nothing_else(cache, make_table):
-    names = ("rows-study/old", "rows-study/new", "exudyn_model-0/x.nbi", "runs/folder/run.csv")
+    names = ("rows-study/old", "rows-study/new", "exudyn_model-0/x.nbi", "old.jsonl", "runs/folder/run.csv")
     files = [cache / name for name in names]
     for path in files:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.touch()
     keep(KEY, make_table())
     keep_row(files[1].parent, "new", ROW)
-    for path in (*files, files[3].parent, cache / "runs" / KEY):
+    for path in (*files, files[4].parent, cache / "runs" / KEY):
         os.utime(path, (0, 0))
     assert fetch(KEY) is not None  # is a use
     assert fetch_row(files[1].parent, "new") == ROW
     drop_unused()
-    assert [path.exists() for path in files] == [False, True, True, False]
+    assert [path.exists() for path in files] == [False, True, True, False, False]
     assert fetch(KEY) is not None

@@ -1,14 +1,19 @@
-"""Tasks of studies: measured once, and again where anything that counts is another (rows: test_sweep)."""
+"""Tasks of studies are measured once, and again where anything that counts is another; their processes.
 
+Rows are in test_sweep; tests/cli has what the end of a process costs.
+"""
+
+import multiprocessing
 import os
 import signal
 import time
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
 
-from comparison.execution.pool import Died
+from comparison.execution.pool import Died, Share, kept_workers, work
 from comparison.execution.tasks import LATE, Task, measure_all, on_processes
 from comparison.scene import Reliability, Scene, load_scene
 
@@ -107,3 +112,39 @@ def test_one_that_dies_is_lost_one_that_is_late_is_a_row_and_preparing_may_take_
         "prepares": {"square": 4.0},
         "next": {"square": 9.0},
     }
+
+
+# Worker processes
+
+
+def do(_task, report):
+    """Return the process, and what it inherited."""
+    for share in (-1.0, 0.5, 2.0):
+        report(share)
+    return os.getpid(), os.environ["OMP_NUM_THREADS"]
+
+
+def test_workers_have_one_thread_and_live_on_where_they_are_kept_and_no_longer(monkeypatch):
+    """One thread, whatever this process has: a sum over threads has no order of its own."""
+    monkeypatch.setenv("OMP_NUM_THREADS", "7")
+    before = dict(os.environ)
+
+    def pid_of():
+        with closing(work(do, [("one", "")], 1)) as events:
+            *shares, (pid, threads) = (event for _, event in events)
+        assert (shares, threads) == ([Share(0.0), Share(0.5), Share(1.0)], "1")
+        return pid
+
+    with kept_workers():
+        with kept_workers():
+            first = pid_of()
+        assert pid_of() == first
+        os.kill(first, signal.SIGKILL)
+        while any(child.pid == first for child in multiprocessing.active_children()):
+            time.sleep(0.01)
+        another = pid_of()
+        assert another != first
+    for pid in (first, another):
+        with pytest.raises(ProcessLookupError):  # one that ended and is not waited for is there
+            os.kill(pid, 0)
+    assert os.environ == before

@@ -84,8 +84,6 @@ def test_a_material_is_a_number_or_one_of_each_partner(assignments, moduli):
 
 
 def test_texts_that_are_given_hold_also_those_of_a_file_that_extends_another(tmp_path):
-    own = {"scene.name": "mine", "drive.cycles": 1}
-    assert load_scene(PAPER, own).title == "mine with drive.cycles = 1"
     path = tmp_path / "my press.toml"
     path.write_text('[scene]\nname = "own"\nextends = "150rpm-0.2mm"\n[clearance]\nslider = 4e-4\n')
     scene = load_scene(path)

@@ -83,10 +83,9 @@ def test_what_is_no_vector_is_refused_or_listed():
 def test_a_broken_file_is_one_line():
     savemat(MAT, COLUMNS | {"slider_x": np.zeros(5)})
     refused("a.mat: time holds 11 numbers and slider_x 5", MAT)
-    savemat("good.mat", COLUMNS)
-    whole = Path("good.mat").read_bytes()
+    whole = MAT.read_bytes()
     # The last one ends scipy's parser by a wrong address.
-    for broken in (whole[:200], whole[:-3], whole[:145] + b"\x0f" + whole[146:]):
+    for broken in (whole[:-3], whole[:145] + b"\x0f" + whole[146:]):
         refused("a.mat: is not a readable .mat file", put("a.mat", broken))
 
 
@@ -94,13 +93,9 @@ def dymola(places, *, transposed=True, **matrices):
     """Write a result of Dymola: of each name its matrix and row; a matrix has its times in the first row."""
     padded = [name.ljust(12) for name in places]
     matrices["dataInfo"] = np.array([[*place, 0, -1] for place in places.values()]).T
+    kind = "binTrans" if transposed else "binNormal"
     content = {
-        "Aclass": [
-            "Atrajectory",
-            "1.1".ljust(11),
-            " " * 11,
-            ("binTrans" if transposed else "binNormal").ljust(11),
-        ],
+        "Aclass": [text.ljust(11) for text in ("Atrajectory", "1.1", "", kind)],
         "name": ["".join(column) for column in zip(*padded, strict=True)] if transposed else padded,
     }
     content |= {name: np.array(each if transposed else np.transpose(each)) for name, each in matrices.items()}
@@ -175,9 +170,8 @@ def test_a_matrix_whose_rows_are_no_times_is_refused(matrix):
 
 
 # Excel
-EXACT = FRAME.round(9)  # openpyxl writes 16 digits: too few for some doubles
-ROWS = EXACT.to_numpy().tolist()
-EXACT_COLUMNS = {name: EXACT[name].to_numpy() for name in EXACT}
+ROWS = FRAME.round(9).to_numpy().tolist()  # openpyxl writes 16 digits: too few for some doubles
+EXACT = {name: column.round(9) for name, column in COLUMNS.items()}
 
 
 def workbook(*rows, more=None):
@@ -194,7 +188,7 @@ def workbook(*rows, more=None):
 @pytest.mark.parametrize("head", [[["Adams/PostProcessor"], [], NAMES], [["run", None, 7.0], NAMES]])
 def test_numbers_arrive_bit_for_bit_below_titles_and_above_a_blank_row(head):
     path = workbook(*head, *ROWS, [None], more={"Notes": [["made by", "hand"], [1.0]]})
-    same(read_pair(path)[0], EXACT_COLUMNS)
+    same(read_pair(path)[0], EXACT)
 
 
 @pytest.mark.parametrize(
@@ -209,11 +203,9 @@ def test_a_sheet_that_is_no_table_is_one_line(rows, rule):
     refused(f"run.xlsx: |{rule}", workbook(*rows))
 
 
-def test_a_damaged_workbook_and_two_sheets_are_one_line():
+def test_two_sheets_with_tables_are_one_line():
     path = workbook(NAMES, *ROWS, more={"Run 2": [NAMES, *ROWS]})
     refused("of its sheets 'Table' and 'Run 2' hold rows of two or more numbers: save one", path)
-    content = path.read_bytes()
-    refused("is not a readable .xlsx workbook", put("b.xlsx", content[: len(content) // 2]))
 
 
 def test_a_column_of_text_can_be_left_out_and_an_empty_cell_is_no_number():
@@ -222,6 +214,6 @@ def test_a_column_of_text_can_be_left_out_and_an_empty_cell_is_no_number():
     path = workbook([*NAMES, "contact\nof the corner"], *rows)
     refused("'contact of the corner' is not a number in line 2: 'no'", path)
     table, _, warnings = read_pair(path, path, f"compare = {NAMES[1:]}")
-    same(table, EXACT_COLUMNS)
+    same(table, EXACT)
     assert "contact of the corner" in warnings[0]
     assert np.isnan(read_pair(workbook(NAMES, [0.0, None, 1.0], *ROWS[1:]))[0].values("slider_y")[0])
