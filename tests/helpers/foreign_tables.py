@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.tables.foreign import read_tables
-from comparison.tables.mapping import load_mapping
+from comparison.tables.foreign import open_source, read_tables
+from comparison.tables.mapping import Mapping, load_mapping
 from comparison.tables.table import TableError
 
 TIME = np.arange(0, 11) / 1000
@@ -33,9 +33,10 @@ def put(name, content, encoding="utf-8"):
 
 
 def read_pair(a, b=None, mapping=None, at_events=None):
-    """Read two files, or one beside itself, by the text of a mapping."""
-    rules = None if mapping is None else load_mapping(put("map.toml", mapping))
-    (first, second), warnings = read_tables([a, b or a], ["a", "b"], rules, at_events)
+    """Read two files, or one that stands for both, by the text of a mapping."""
+    rules = Mapping() if mapping is None else load_mapping(put("map.toml", mapping))
+    files = [a, b] if b else [open_source(a, rules.dialect.of("a"))] * 2
+    (first, second), warnings = read_tables(files, ["a", "b"], rules, at_events)
     return first, second, warnings
 
 

@@ -32,14 +32,6 @@ TRIED = Counter()
 """Inputs by the exit code that they had."""
 
 
-@pytest.fixture(autouse=True)
-def _counted():
-    """A test tries as many inputs as it is said to: at least half of them are not what it leaves out."""
-    before = TRIED.total()
-    yield
-    assert TRIED.total() - before >= EXAMPLES // 6
-
-
 @pytest.fixture(scope="module", autouse=True)
 def _reported(request):
     yield
@@ -75,8 +67,7 @@ def held(arguments):
     TRIED[code] += 1
     said, lines = out.getvalue() + err.getvalue(), err.getvalue().splitlines()
     assert code in (0, 1, 2, 3), (code, lines)
-    for never in ("Traceback", "internal error", "\x1b"):
-        assert never not in said
+    assert not [never for never in ("Traceback", "internal error", "\x1b") if never in said]
     assert code != 2 or (lines and all(line.startswith("sixbar: ") for line in lines))
 
 
@@ -86,13 +77,11 @@ def damaged(draw, texts):
     content = bytearray(draw(texts).encode())
     for _ in range(draw(st.integers(1, 4))):
         at = draw(st.integers(0, max(0, len(content) - 1)))
-        kind = draw(st.sampled_from(["byte", "insert", "cut", "line", "drop", "repeat", "number"]))
+        kind = draw(st.sampled_from(["bytes", "cut", "line", "drop", "repeat", "number"]))
         lines = content.split(b"\n")
         row = draw(st.integers(0, len(lines) - 1))
-        if kind == "byte":
-            content[at : at + 1] = bytes([draw(st.integers(0, 255))])
-        elif kind == "insert":
-            content[at:at] = draw(st.binary(max_size=6))
+        if kind == "bytes":
+            content[at : at + draw(st.integers(0, 1))] = draw(st.binary(max_size=6))
         elif kind == "cut":
             del content[at:]
         elif kind == "number":

@@ -30,7 +30,6 @@ def test_of_a_linkage_each_clearance_has_its_own_radius():
     assert quality_warnings(run) == []
     clearance["B"]["journal_radius"] = 3e-3
     (line,) = quality_warnings(run)
-    assert line.startswith("a journal is pressed 4")
     assert "deeper than its radius clearance.B.journal_radius = 0.003 m" in line
 
 
@@ -47,12 +46,9 @@ def test_of_a_linkage_each_clearance_has_its_own_radius():
         (made(drift={"position": 1.1e-6}), "constraints are violated"),
         (made(drift={"position": 0.0, "velocity": 1.1e-3}), "constraints are violated"),
         (made([1e-4], depth=0.0), "largest_depth of all its 1 contacts are zero"),
-        # At the limits nothing is doubted.
-        (made([1e-4], depth=1e-3, step=1e-5, residual=0.01), None),
-        # Only where steps are fixed, and contacts have forces
+        # At the limits nothing is doubted, nor are contacts without a fixed step.
+        (made([1e-4], 1e-3, 1e-5, residual=0.01, drift={"position": 0.9e-6, "velocity": 0.9e-3}), None),
         (made([3e-6]), None),
-        (made([3e-6], step=1e-5, forces=0.0), "peak_force of all its 1 contacts are zero"),
-        (made(drift={"position": 0.9e-6, "velocity": 0.9e-3}), None),
     ],
 )
 def test_each_doubt_is_reported_alone(run, words):

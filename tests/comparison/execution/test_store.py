@@ -15,7 +15,6 @@ from comparison.tables.table import Table
 
 KEY = "0" * 64
 ROW = {"status": "success", "x": 0.1, "n": 3}
-CONTACT = {"corner": "ll", "start": 0.1, "end": 0.2, "normal_speed": 0.1, "impulse": 0.02}
 
 pytestmark = pytest.mark.usefixtures("own_cache")
 
@@ -26,19 +25,26 @@ def cache(tmp_path):
 
 
 @pytest.fixture
-def fetched():
-    return lambda: fetch(KEY)
-
-
-@pytest.fixture
 def stored(cache, make_table):
     """The file of a stored run."""
-    events = pd.DataFrame([CONTACT | {"peak_force": 40.0, "largest_depth": 1e-6}] * 2)
+    events = pd.DataFrame({"corner": ["ll", "ur"], "start": [0.1, 0.2]})
     pulses = {"row": np.array([0, 0]), "time": np.array([0.11, 0.19]), "force": np.array([40.0, 0.1])}
-    frame, record = make_table().frame, {"model": "reference", "steps": 5}
-    cycles = {"slider_x_min": np.array([-0.55, -0.5501])}
-    keep(KEY, Table(frame, events, {}, record, {}, pulses, cycles, frame[["time", "slider_y"]]))
+    frame, cycles = make_table().frame, {"slider_x_min": np.array([-0.55, -0.5501])}
+    keep(KEY, Table(frame, events, {}, {"steps": 5}, {}, pulses, cycles, frame[["time", "slider_y"]]))
     return cache / "runs" / KEY
+
+
+def test_a_run_is_found_as_it_was_stored_and_is_this_users_alone(stored, make_table, cache):
+    assert list((cache / "runs").iterdir()) == [stored]
+    table = fetch(KEY)
+    assert table.frame.equals(make_table().frame)
+    assert table.dense.equals(table.frame[["time", "slider_y"]])
+    assert (len(table.events), table.pulses["time"].tolist()) == (2, [0.11, 0.19])
+    assert table.cycle_extrema["slider_x_min"].tolist() == [-0.55, -0.5501]
+    assert table.provenance == {"steps": 5}
+    assert stat.S_IMODE(cache.stat().st_mode) == 0o700
+    row = {"x": 0.1, "y": None}  # as it will be read
+    assert keep_row(cache, "c", {"x": np.float64(0.1), "y": np.nan}) == row == fetch_row(cache, "c")
 
 
 def damaged(content, how):
@@ -50,31 +56,17 @@ def damaged(content, how):
     return how.choice([cut + changed + content[at + 1 :], cut, cut + inverted + content[at + length :], b""])
 
 
-def test_a_run_is_found_as_it_was_stored_and_is_this_users_alone(stored, fetched, make_table, cache):
-    assert list((cache / "runs").iterdir()) == [stored]
-    table = fetched()
-    assert table.frame.equals(make_table().frame)
-    assert table.dense.equals(table.frame[["time", "slider_y"]])
-    assert (len(table.events), table.pulses["time"].tolist()) == (2, [0.11, 0.19])
-    assert table.cycle_extrema["slider_x_min"].tolist() == [-0.55, -0.5501]
-    assert table.provenance == {"model": "reference", "steps": 5}
-    assert stat.S_IMODE(cache.stat().st_mode) == 0o700
-    row = {"x": 0.1, "y": None}  # as it will be read
-    assert keep_row(cache, "c", {"x": np.float64(0.1), "y": np.nan}) == row == fetch_row(cache, "c")
-
-
-def test_no_damaged_result_is_used_and_each_is_reported(stored, fetched, cache, caplog):
+def test_no_damaged_result_is_used_and_each_is_reported(stored, cache, caplog):
     """Of 240 damages 77 were used before runs had checksums."""
     keep_row(cache, "row", ROW)
     how = random.Random(22)
-    for path, get in ((stored, fetched), (cache / "row", lambda: fetch_row(cache, "row"))):
+    for path, get in ((stored, lambda: fetch(KEY)), (cache / "row", lambda: fetch_row(cache, "row"))):
         sound = path.read_bytes()
         assert get() is not None
         for _ in range(60):
             path.write_bytes(damaged(sound, how))
             caplog.clear()
             assert (get(), get()) == (None, None)
-            assert "is damaged and is computed again" in caplog.text
             assert [record.levelno for record in caplog.records] == [logging.WARNING]  # once: it is deleted
 
 
@@ -86,7 +78,7 @@ def test_a_stored_result_calls_nothing_but_records_of_this_package(name):
         fetch(KEY)
 
 
-def test_what_nobody_used_in_a_month_is_dropped_and_nothing_else(cache, make_table, fetched):
+def test_what_nobody_used_in_a_month_is_dropped_and_nothing_else(cache, make_table):
     names = ("rows-study/old", "rows-study/new", "exudyn_model-0/x.nbi", "old.jsonl", "runs/folder/run.csv")
     files = [cache / name for name in names]
     for path in files:
@@ -96,8 +88,8 @@ def test_what_nobody_used_in_a_month_is_dropped_and_nothing_else(cache, make_tab
     keep_row(files[1].parent, "new", ROW)
     for path in (*files, files[4].parent, cache / "runs" / KEY):
         os.utime(path, (0, 0))
-    assert fetched() is not None  # is a use
+    assert fetch(KEY) is not None  # is a use
     assert fetch_row(files[1].parent, "new") == ROW
     drop_unused()
     assert [path.exists() for path in files] == [False, True, True, False, False]
-    assert fetched() is not None
+    assert fetch(KEY) is not None

@@ -1,18 +1,23 @@
-"""Tasks of studies: measured once, and again where anything that counts is another (rows: test_sweep)."""
+"""Tasks of studies are measured once, and again where anything that counts is another; their processes.
 
+Rows are in test_sweep; tests/cli has what the end of a process costs.
+"""
+
+import multiprocessing
 import os
 import signal
 import time
-from dataclasses import dataclass, field, replace
+from contextlib import closing
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import pytest
 
-from comparison.execution.pool import Died
+from comparison.execution.pool import Died, Share, kept_workers, work
 from comparison.execution.tasks import LATE, Task, measure_all, on_processes
 from comparison.scene import Reliability, Scene, load_scene
 
 PAPER = load_scene("150rpm-0.2mm")
-INPUT = Reliability()
 
 
 @dataclass(frozen=True)
@@ -21,14 +26,14 @@ class Part:
 
     scene: Scene = PAPER
     sizes: tuple[float, ...] = (1.0, 2.0)
-    input: Reliability = INPUT
+    input: Reliability = Reliability()  # noqa: RUF009 # it cannot be changed
 
 
 @dataclass(frozen=True)
 class Square(Task):
     number: float
     part: Part = Part()
-    named: dict[str, object] = field(default_factory=lambda: {"a": [1]})
+    made: Path | None = None
     models = ("reference",)
 
     @property
@@ -43,19 +48,26 @@ class Elsewhere(Square):
 
 
 def square(task, progress):
+    while task.made and not task.made.exists():  # it prepares
+        time.sleep(0.01)
     progress(0.0)
     match task.number:
         case 11.0:
             os.kill(os.getpid(), signal.SIGKILL)
         case 17.0:
+            progress(0.25)
             time.sleep(600)
     return {"square": task.number**2}
 
 
-def test_whatever_can_change_a_row_makes_it_stale_and_nothing_else(tmp_path):
-    def elsewhere(task, progress):
-        return square(task, progress)
+def elsewhere(task, progress):
+    return square(task, progress)
 
+
+elsewhere.__module__ = "comparison.files"
+
+
+def test_whatever_can_change_a_row_makes_it_stale_and_nothing_else(tmp_path):
     def measured(*tasks, by=square, folder=tmp_path):
         """Count those whose rows were not there."""
         log = []
@@ -68,17 +80,11 @@ def test_whatever_can_change_a_row_makes_it_stale_and_nothing_else(tmp_path):
         measure_all(by, tasks, spread, folder=folder)
         return len(log)
 
-    elsewhere.__module__ = "comparison.files"
-    task = Square(2.0)
-    parts = (
-        Part(PAPER.variant({"drive.speed_rpm": 100.0})),
-        Part(sizes=(1.0, 3.0)),
-        Part(input=INPUT.model_copy(update={"bins": 11})),
-    )
-    changes = [{}, *({"part": part} for part in parts)]
-    changes += [{"named": {"a": [2]}}, {"number": 3.5}]
-    tasks = [replace(task, **change) for change in changes]
-    assert measured(*tasks, *tasks) == len(changes)
+    task, other = Square(2.0), PAPER.variant({"drive.speed_rpm": 100.0})
+    bins = Reliability().model_copy(update={"bins": 11})
+    parts = (Part(), Part(other), Part(sizes=(1.0, 3.0)), Part(input=bins))
+    tasks = [*(replace(task, part=part) for part in parts), replace(task, number=3.5)]
+    assert measured(*tasks, *tasks) == len(tasks)
     assert (measured(task, by=elsewhere), measured(Elsewhere(2.0))) == (1, 1)
     same = replace(task, part=Part(PAPER.with_values({"scene.title": "another"})))
     assert measured(task, same) == 0
@@ -87,9 +93,58 @@ def test_whatever_can_change_a_row_makes_it_stale_and_nothing_else(tmp_path):
         measured(task, folder=tmp_path / "file" / "mine")
 
 
-def test_on_processes_one_that_dies_is_lost_and_one_that_is_late_is_a_row():
-    tasks = {name: Square(number) for name, number in (("usual", 2.0), ("dies", 11.0), ("hangs", 17.0))}
-    rows = dict(on_processes(1, limit=4.0)(square, tasks))  # each has 40 s to start
-    assert rows["usual"] == {"square": 4.0}
-    assert rows["dies"] == Died("its process was killed by SIGKILL")
-    assert rows["hangs"] == {"status": LATE, "message": "stopped after 4 s", "share": 0.0}
+def test_one_that_dies_is_lost_one_that_is_late_is_a_row_and_preparing_may_take_ten_times_as_long(tmp_path):
+    """What works is stopped first, with its share; what still prepares then is not, and has 27 s left."""
+    made, rows = tmp_path / "made", {}
+    tasks = {
+        "dies": Square(11.0),
+        "late": Square(17.0),
+        "prepares": Square(2.0, made=made),
+        "next": Square(3.0),
+    }
+    for name, row in on_processes(2, limit=3.0)(square, tasks):
+        rows[name] = row
+        if name == "late":
+            made.touch()
+    assert rows == {
+        "dies": Died("its process was killed by SIGKILL"),
+        "late": {"status": LATE, "message": "stopped after 3 s", "share": 0.25},
+        "prepares": {"square": 4.0},
+        "next": {"square": 9.0},
+    }
+
+
+# Worker processes
+
+
+def do(_task, report):
+    """Return the process, and what it inherited."""
+    for share in (-1.0, 0.5, 2.0):
+        report(share)
+    return os.getpid(), os.environ["OMP_NUM_THREADS"]
+
+
+def test_workers_have_one_thread_and_live_on_where_they_are_kept_and_no_longer(monkeypatch):
+    """One thread, whatever this process has: a sum over threads has no order of its own."""
+    monkeypatch.setenv("OMP_NUM_THREADS", "7")
+    before = dict(os.environ)
+
+    def pid_of():
+        with closing(work(do, [("one", "")], 1)) as events:
+            *shares, (pid, threads) = (event for _, event in events)
+        assert (shares, threads) == ([Share(0.0), Share(0.5), Share(1.0)], "1")
+        return pid
+
+    with kept_workers():
+        with kept_workers():
+            first = pid_of()
+        assert pid_of() == first
+        os.kill(first, signal.SIGKILL)
+        while any(child.pid == first for child in multiprocessing.active_children()):
+            time.sleep(0.01)
+        another = pid_of()
+        assert another != first
+    for pid in (first, another):
+        with pytest.raises(ProcessLookupError):  # one that ended and is not waited for is there
+            os.kill(pid, 0)
+    assert os.environ == before

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from comparison.execution.run import Job, run_all, run_key
+from comparison.execution.run import Job, run_key
 from comparison.files import json_text
 from comparison.models import ROOT, closure, code_hash, fingerprint
 from comparison.scene import load_scene
@@ -26,6 +26,7 @@ print(*(m.__file__ for n, m in sys.modules.items() if n.partition(".")[0] == "co
 """
 
 
+@pytest.mark.slow
 def test_the_closures_hold_whatever_python_imports():
     """In runs and in all measures of studies; but for a package of data that has no code."""
     studies = {
@@ -73,23 +74,6 @@ def test_every_file_in_a_closure_counts_by_its_code_or_its_data_and_no_other(tmp
     assert code_hash.__wrapped__(module, root=tmp_path) == before
 
 
-def test_a_change_of_the_model_or_of_what_is_installed_runs_it_again(install):
-    install("presses", PRESSES, POINTS)
-    scene = load_scene("150rpm-0.2mm", {"output.groups": [], "drive.cycles": 1.0})
-
-    def first_y():
-        (outcome,) = run_all([Job(scene, "alpha")], 0)
-        return float(outcome.table.values("slider_y")[0])
-
-    before, own, ours = first_y(), fingerprint("alpha"), fingerprint("reference")
-    install("presses", PRESSES.replace("0.1 * np.cos", "0.3 * np.cos"), POINTS)
-    assert first_y() == pytest.approx(before + 0.2, abs=1e-12)  # written in CSV with 17 digits
-    changed = fingerprint("alpha")
-    install("another", "", {}, version="2")
-    assert len({own, changed, fingerprint("alpha")}) == 3
-    assert fingerprint("reference") == ours  # it imports nothing of that
-
-
 @pytest.mark.usefixtures("own_cache")
 def test_a_second_verdict_is_the_first_until_the_model_or_a_word_of_the_scene_changes(install, tmp_path):
     install("presses", PRESSES, POINTS)
@@ -114,14 +98,18 @@ def test_a_second_verdict_is_the_first_until_the_model_or_a_word_of_the_scene_ch
     assert (changed[0] != first[0], changed[1] != first[1]) == (True, True)
 
 
-def test_a_package_counts_with_all_its_files(install, tmp_path):
+def test_a_model_counts_with_all_its_files_and_what_is_installed(install, tmp_path):
     install("thing", "", {"mine": "pack.deep:simulate"})
-    folder, prints = tmp_path / "site" / "pack", []
+    folder, ours = tmp_path / "site" / "pack", fingerprint("reference")
     (folder / "__pycache__").mkdir(parents=True)
+    prints = []
     for name, text in (("law.csv", "1"), ("__pycache__/deep.pyc", "compiled"), ("law.csv", "2")):
         (folder / name).write_text(text)
         prints.append(fingerprint("mine"))
-    assert prints[0] == prints[1] != prints[2]
+    install("another", "", {}, version="2")
+    assert prints[0] == prints[1]
+    assert len({*prints, fingerprint("mine")}) == 3
+    assert fingerprint("reference") == ours  # it imports nothing of that
 
 
 def test_the_key_of_a_run_knows_the_model_the_scene_and_the_settings_that_count(install):

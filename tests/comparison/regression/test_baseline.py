@@ -1,54 +1,15 @@
-"""The baseline's text, and the checkpoints that stand in it."""
+"""The checkpoints of a baseline: predictable samples, with thresholds that neighbouring starts keep."""
 
-import string
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs, model_uncertainty
 from comparison.execution.run import Job
-from comparison.models import platform_name
-from comparison.regression.record import (
-    COUNT,
-    Baseline,
-    Checkpoint,
-    RunRecord,
-    SceneRecord,
-    read,
-    record,
-    write,
-)
-
-numbers = st.floats(allow_nan=False, allow_infinity=False)
-texts = st.text(st.characters(exclude_categories=["Cs"]), max_size=20)
-keys = st.text(string.ascii_letters + string.digits + "._-+", min_size=1, max_size=12)
-points = st.builds(Checkpoint, numbers, numbers, numbers.filter(lambda value: value > 0))
-
-
-@settings(max_examples=50)
-@given(
-    key=keys, text=texts, value=texts | st.booleans() | numbers, count=st.integers(0, 10**12),
-    names=st.lists(keys, max_size=2),
-    channels=st.dictionaries(st.sampled_from(["slider_x", "slider_y"]), st.lists(points, max_size=2)),
-)  # fmt: skip
-def test_what_is_written_is_what_is_read_to_the_last_bit(
-    key, text, value, count, names, channels, tmp_path_factory
-):
-    run = RunRecord(
-        settings={key: value}, counters={key: count}, spread={key: count}, unexcited=names, channels=channels
-    )
-    scene = SceneRecord(
-        source=text, hash=key, reference={"tight": run}, exudyn={"standard": run, "tight": run}
-    )
-    rates = {"false_alarms": {"count": count}, "detected": {key: {"interval": [0.8, 1.0]}}}
-    common = {"platform": text, "versions": {key: text}, "thresholds": {key: {"alpha": 0.1}}}
-    whole = Baseline(**common, detection=rates, scenes={key: scene})
-    assert read(write(whole, tmp_path_factory.getbasetemp() / "baseline.toml")) == whole
+from comparison.regression.record import COUNT, record
 
 
 @pytest.fixture
@@ -91,11 +52,10 @@ def test_where_nothing_is_predictable_or_nothing_happens_there_is_no_checkpoint(
     still = family(1e-4, slider_omega=zero, corner_ur_normal=zero)
     made = record(still, Job(scene, "exudyn"), "standard")
     assert made.unexcited == ["slider_omega", "corner_ur_normal"]
-    # At the tight tier u may be 5e-5 of the clearance; here it is 1e-3 of it and more.
+    # At the tight tier u may be 5e-5 of the clearance; here it is 1e-3 of it and more. What follows from a
+    # position is not predictable where that is not, though it be the same in all runs.
     wild = record(family(1.0, slider_ax=np.sin(np.arange(401.0))), Job(scene, "exudyn"), "tight")
-    assert "slider_x" in wild.unpredictable
-    # What follows from a position is not predictable where that is not, though it be the same in all runs.
-    assert "slider_ax" in wild.unpredictable
+    assert {"slider_x", "slider_ax"} <= {*wild.unpredictable}
     assert not {"slider_x", "slider_ax"} & set(wild.channels)
 
 
@@ -110,7 +70,6 @@ def test_neighbouring_starts_raise_the_thresholds_and_give_the_spread_of_the_cou
     runs = replace(runs, base=run(runs.base, 7), finer=run(runs.finer, 7, 2), coarser=run(runs.coarser, 7))
     neighbours = [run(make_table(1e-4, stretch=off), steps) for off, steps in ((1e-3, 9), (-2e-3, 4))]
     alone, made = record(runs, job, "standard"), record(runs, job, "standard", neighbours)
-    assert made.counters == {"steps": 7, "rhs": 70, "contacts": 0}
     assert made.settings == {**scene.data["solver"]["exudyn"], "formulation": "tree"}
     assert (alone.spread, made.spread) == ({"contacts": 2}, {"steps": 3, "contacts": 2})
     # Five bodies have no neighbours: of ten contacts two are uncertain, and so is a fifth of the steps.
@@ -122,20 +81,3 @@ def test_neighbouring_starts_raise_the_thresholds_and_give_the_spread_of_the_cou
     before, after = ([point.threshold for point in each.channels["slider_x"]] for each in (alone, made))
     assert np.all(np.array(after) >= 2 * 3 * 2e-3 * scene.data["clearance"]["slider"] * sine)
     assert np.median(after) > 5 * np.median(before)
-
-
-@pytest.mark.parametrize(
-    ("variable", "value", "words"),
-    [
-        ("OPENBLAS_CORETYPE", "Haswell", "OpenBLAS for Haswell"),
-        ("GLIBC_TUNABLES", "glibc.cpu.hwcaps=-FMA", "glibc with glibc.cpu.hwcaps=-FMA"),
-        ("NUMBA_CPU_NAME", "nehalem", "numba for nehalem"),
-        ("NUMBA_CPU_FEATURES", "-fma", "numba with -fma"),
-    ],
-)
-def test_code_chosen_by_the_environment_is_another_machine(monkeypatch, variable, value, words):
-    """It rounds differently on the same processor."""
-    monkeypatch.delenv(variable, raising=False)
-    alone = platform_name.__wrapped__()
-    monkeypatch.setenv(variable, value)
-    assert set(platform_name.__wrapped__().split(", ")) == {*alone.split(", "), words}

@@ -35,9 +35,7 @@ IMPACT = {LAW: "adams-impact"}
         (PAPER, {"load.depth": 0.01}, "has no effect without load.force or load.table"),
         ("workpiece", {"load.depth": 3.0}, "3 m is as large as the linkage, 1.365 m"),
         (PAPER, {STIFFNESS: 1e9}, "has no effect under contact.law = 'hertz-corners'"),
-        (PAPER, IMPACT | {"contact.restitution": 0.5}, "contact.restitution = 0.5 has no effect under"),
         (PAPER, IMPACT | {STIFFNESS: 1e9, MODULUS: 210.0}, "effect beside contact.stiffness"),
-        (PAPER, {LAW: "foundation", EXPONENT: 1.2}, "contact.exponent = 1.2 has no effect"),
         # Of an ideal slider, a tree's largest step, a counterweight, the journal's law
         ("ideal", {"initial.slider_offset": -3e-4, STIFFNESS: 1e9, STEP: 1e-4}, ""),
         ("crank-pin", {"clearance.slider": 0.3, LAW: "foundation", EXPONENT: 1.2}, ""),
@@ -57,7 +55,7 @@ def test_an_implausible_value_is_a_warning_with_its_reason(name, changes, words)
 
 def test_no_shipped_scene_nor_its_usual_changes_are_warned_of():
     rng = np.random.default_rng(1)
-    for name in shipped_scenes() * 5:
+    for name in shipped_scenes() * 2:
         clearance = float(10.0 ** rng.uniform(-4.0, -3.0))
         changes = {
             "clearance.slider": clearance,
@@ -70,16 +68,7 @@ def test_no_shipped_scene_nor_its_usual_changes_are_warned_of():
         assert load_scene(name).warnings == load_scene(name, changes).warnings == (), changes
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {},
-        {EXPONENT: 1.2},
-        {"contact.corner_radius": 3e-3},
-        {f"{MODULUS}.slider": 69e9, "drive.speed_rpm": 300.0},
-        {"joints.slider": "ideal", "joints.crank_pin": "clearance"},
-    ],
-)
+@pytest.mark.parametrize("changes", [{}, {EXPONENT: 1.2}, {f"{MODULUS}.slider": 69e9}])
 def test_the_contact_time_is_that_of_the_short_contacts_of_a_run(changes):
     """Half of it is below the shortest contact, the median of all is above it."""
     scene = load_scene(PAPER, {"drive.cycles": 0.3, "output.groups": []} | changes)

@@ -1,11 +1,11 @@
-"""The list of keys is that of the schema, and a wrong name leads to the key that was meant."""
+"""The list of keys is that of the schema (tests/cli has which key a wrong name leads to)."""
 
 import re
 
 import pytest
 
 from comparison.scene import SceneError, load_scene
-from comparison.scene.keys import did_you_mean, flat, scene_keys
+from comparison.scene.keys import flat, scene_keys
 
 SETTABLE = [key for key in scene_keys() if "[]" not in key.name and not key.name.startswith("scene.")]
 RULE = re.compile(r"(>=?|<=?) (\S+)")
@@ -48,35 +48,3 @@ def test_the_listed_choices_are_all_that_is_taken():
             for choice in key.bounds.split(" | "):
                 assert load_scene("150rpm-0.2mm", {key.name: choice})
             assert all(f"'{choice}'" in refusal(key.name, "?") for choice in key.bounds.split(" | "))
-
-
-MEANT = {
-    "friction.coefficient": "contact.friction friction.coeficient coeff_friction",
-    "clearance.slider": "clearence.slider slider_clearance slider.clearance clearance",
-    "drive.speed_rpm": "rpm speed drive.rpm drive.spead_rpm speedRpm",
-    "drive.cycles": "cycles n_cycles drive.cycels",
-    "contact.stiffness": "stiffness contact.stifness",
-    "contact.law": "contact_law contct.law",
-    "contact.damping_model": "contact.damping_modle",
-    "load.force": "workpiece.force",
-    "environment.gravity": "gravity drive.gravity enviroment.gravity",
-    "mechanism.slider.mass": "slider.mass slider_mass",
-    "mechanism.crank.length": "crank_length crank.lenght",
-    "output.samples_per_cycle": "samples output.samples",
-    "scene.extends": "extends",
-}
-
-
-@pytest.mark.parametrize(
-    ("wrong", "right"), [(wrong, right) for right, names in MEANT.items() for wrong in names.split()]
-)
-def test_a_misspelt_or_misplaced_name_leads_to_the_key_that_was_meant(wrong, right):
-    assert did_you_mean(wrong) == f"; did you mean {right}?"
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    ["foo", "a.b", "contact.foo", "drive.qwerty", "temperature", "contact.colour", "12345", "", "drive."],
-)
-def test_nonsense_gets_no_suggestion(wrong):
-    assert did_you_mean(wrong) == "; sixbar keys lists all"

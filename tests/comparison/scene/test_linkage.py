@@ -6,6 +6,8 @@ from comparison.scene import SceneError, load_scene, scene_from_mapping
 from comparison.scene.loading import new_scene, shipped_linkages
 from comparison.tables.channels import expected, known_channels
 
+BLOCK = {"size": 1e-4, "length": 0.06, "width": 0.02}
+
 
 def test_the_complete_mapping_has_points_and_defaults() -> None:
     scene = load_scene("four-bar", {"body.coupler.length": 0.4})
@@ -17,21 +19,15 @@ def test_the_complete_mapping_has_points_and_defaults() -> None:
 
 
 def test_the_duration_of_a_free_linkage_is_stated(tmp_path) -> None:
-    path = tmp_path / "free.toml"
+    path = tmp_path / "pendulum.toml"
     path.write_text(
-        "[scene]\nextends = 'pendulum.toml'\n[output]\nduration = 3.0\nsamples = 300\n"
-        "[body.rod.points]\nP = [0, 1]"
+        "[body.rod]\nlength = 1\ncentroid = 0.5\nmass = 1\ninertia = 0.1\npoints = { P = [0, 1] }\n"
+        "[pin.O]\njoins = ['frame', 'rod.start']\n[drive]\nfree = true\n[initial.rod]\nangle_deg = 0\n"
+        "[output]\nduration = 3.0\nsamples = 300\n"
     )
-    (tmp_path / "pendulum.toml").write_text(
-        "[body.rod]\nlength = 1\ncentroid = 0.5\nmass = 1\ninertia = 0.1\n"
-        "[pin.O]\njoins = ['frame', 'rod.start']\n[drive]\nfree = true\n[initial.rod]\nangle_deg = 0"
-    )
-    with pytest.raises(SceneError, match=r"output.duration = None must be given \(s\)"):
-        load_scene(tmp_path / "pendulum.toml")
     scene = load_scene(path)
     assert scene.duration == 3.0
     assert scene.data["body"]["rod"]["points"] == {"start": [0, 0], "end": [1, 0], "P": [0, 1]}
-    assert scene.data["drive"] == {"free": True}
     assert scene.data["initial"] == {"rod": {"angle_deg": 0.0}}
     interval = 3.0 / 300
     assert interval / scene.data["solver"]["exudyn"]["step"] == pytest.approx(334)  # not below 100,000 steps
@@ -53,84 +49,39 @@ def test_a_new_file_is_its_linkage(name, tmp_path) -> None:
     [
         ("body.coupler.lenght", 1.0, "is not a known key; did you mean body.coupler.length?"),
         ("body.coupler.mass", -1, "= -1 kg must be > 0"),
-        ("body.coupler.centroid", "x", "must be a number or [x, y]"),
-        ("body.a b.mass", 1.0, "must be letters, digits, _ and - only"),
         ("body.coupler.points.centroid", [0.0, 0.0], "is body.centroid already"),
         ("body.coupler.points.end", [9.0, 0.0], "by body.coupler.length"),
-        (
-            "pin.A.joins",
-            ["crank.ende", "coupler.start"],
-            "names no point 'crank.ende'; did you mean crank.end?",
-        ),
+        ("pin.A.joins", ["crank.ende", "coupler.start"], "'crank.ende'; did you mean crank.end?"),
         ("pin.A.joins", ["crank.end", "crank.start"], "joins a body to itself"),
         ("pin.A.point", [1.0, 0.0], "is for a joint with the frame alone"),
         ("guide.G", {"body": "coupler", "on": "coupler"}, "must be another body"),
-        ("guide.G", {"body": "couplr"}, "is no body; did you mean coupler?"),
-        (
-            "spring.A",
-            {"joins": ["frame", "coupler.end"], "stiffness": 1.0, "length": 0.0},
-            "is taken: bodies",
-        ),
-        ("pim.A.joins", [], "did you mean pin?"),
+        ("spring.A", {"joins": ["frame", "coupler.end"], "stiffness": 1.0, "length": 0.0}, "is taken"),
         ("drive.torque", 1.0, "must have one of speed_rpm, torque, torque_table, free"),
-        ("drive.speed_rpm", 0.0, "must not be zero"),
         ("drive", {"body": "crank", "torque_table": [[0.0, 1.0], [360.0, 2.0]]}, "with equal torques there"),
         ("drive.torque_table", [[0.0, 1.0], [9.0, 2.0], [8.0, 2.0], [360.0, 1.0]], "must have rising angles"),
-        ("drive.cycles", 1e9, "must give 1 to 100000000 samples, not 1e+12"),
         ("output.duration", 1.0, "is for a linkage without drive.speed_rpm"),
-        ("output.groups", ["corners"], "must be 'accelerations', 'contacts', 'joints' or"),
         ("initial.crnk.omega", 1.0, "is no body; did you mean crank?"),
         ("reliability.of", "coupler.z", "'coupler.z' must be BODY.x, BODY.y or BODY.angle"),
-        ("reliability.of", "couplr.x", "is no body; did you mean coupler?"),
-        ("reliability.velocity.lower", 1.0, "reliability.velocity.lower = 1.0 m/s must be < upper = 0.02"),
-        ("load", {"body": "coupler", "table": [[0.0, 1.0]]}, "must begin with [0, 0]"),
         ("joints.slider", "ideal", "joints is for the press: a scene with [body] has none"),
         ("contact.exponent", 2.0, "contact = {'exponent': 2.0} is for a linkage with a table clearance"),
         ("clearance.D.size", 1e-4, "clearance.D = 'D' is no pin or guide; there are O, A, B, C"),
         ("clearance.A", {"size": 1e-4, "width": 0.1}, "clearance.A.width = 0.1 m is for a guide"),
-        ("clearance.A", {"size": 1e-4, "offset": 1e-5}, "clearance.A.offset = 1e-05 m must be [x, y]"),
-        ("clearance.A", {"size": 1e-4, "offset": [1, "x"]}, "clearance.A.offset.1 = 'x' must be a number"),
         ("clearance.A", {"size": 1e-4, "offset": [1e-4, 1e-4]}, "starts 4.14e-05 m beyond the gap"),
-        (
-            "clearance.A",
-            {"size": 1e-4, "contact": {"law": "foundation"}},
-            "'hertz-corners' or 'adams-impact'",
-        ),
-        (
-            "clearance.A",
-            {"size": 1e-4, "contact": {"restitution": 0.0, "damping_model": "flores"}},
-            "clearance.A.contact.restitution = 0.0 must be >= 0.01",
-        ),
+        ("clearance.A", {"size": 1e-4, "contact": {"law": "foundation"}}, "'hertz-corners' or 'adams-imp"),
         ("clearance.A", {"size": 1e-4, "friction": {"static_speed": 1.0}}, "must be > clearance.A.friction"),
+        ("clearance.bed", {"size": 1e-4}, "clearance.bed.length = None must be given for a guide"),
+        ("clearance.bed", BLOCK | {"journal_radius": 0.01}, "journal_radius = 0.01 m is for a pin"),
+        ("clearance.bed", BLOCK | {"tilt_deg": 1.0}, "m beyond the gap"),
     ],
 )
 def test_a_mistake_is_one_line(key, value, message) -> None:
     with pytest.raises(SceneError) as refused:
-        load_scene("four-bar", {key: value})
+        load_scene("quick-return" if "bed" in key else "four-bar", {key: value})
     assert message in str(refused.value)
     assert "\n" not in str(refused.value)
 
 
-BLOCK = {"size": 1e-4, "length": 0.06, "width": 0.02}
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"length": None}, "clearance.bed.length = None must be given for a guide"),
-        ({"journal_radius": 0.01}, "clearance.bed.journal_radius = 0.01 m is for a pin"),
-        ({"offset": [0.0, 0.0]}, "clearance.bed.offset = [0.0, 0.0] must be a number"),
-        ({"tilt_deg": 1.0}, "m beyond the gap"),
-    ],
-)
-def test_a_mistake_about_a_guide_is_one_line(change, message) -> None:
-    block = {key: value for key, value in (BLOCK | change).items() if value is not None}
-    with pytest.raises(SceneError) as refused:
-        load_scene("quick-return", {"clearance.bed": block})
-    assert message in str(refused.value)
-
-
-def test_clearances_have_every_key_of_their_kind_and_complete_laws() -> None:
+def test_clearances_have_complete_laws_and_channels_of_their_kind() -> None:
     groups = ["accelerations", "contacts", "energy"]
     values = {"clearance.bed": BLOCK, "clearance.A.size": 2e-4, "clearance.A.contact.exponent": 2.0}
     scene = load_scene("quick-return", values | {"contact.restitution": 0.5, "output.groups": groups})
@@ -138,25 +89,9 @@ def test_clearances_have_every_key_of_their_kind_and_complete_laws() -> None:
     assert guide["contact"] == scene.data["contact"]
     assert pin["contact"] == scene.data["contact"] | {"exponent": 2.0}
     assert scene.data["contact"]["restitution"] == 0.5
-    assert pin["friction"] == {"coefficient": 0.0, "static_speed": 1e-4, "transition_speed": 1e-3}
-    laws = {"contact", "friction"}
-    assert {*pin} == {"size", "journal_radius", "offset", "offset_rate"} | laws
-    assert {*guide} == {"size", "length", "width", "corner_radius", "offset", "offset_rate"} | laws | {
-        "tilt_deg",
-        "tilt_rate",
-    }
     assert scene.data["solver"]["exudyn"]["step"] == 2e-6
     assert scene_from_mapping(scene.data).hash == scene.hash
-    names = expected(scene.data)
-    assert names[-18:-8] == [
-        *("bed.ul_gap", "bed.ul_normal", "bed.ul_friction", "bed.ur_gap", "bed.ur_normal", "bed.ur_friction"),
-        *("A.x", "A.y", "A.normal", "A.friction"),
-    ]
-    assert names[-4:] == ["energy_contact", "energy_damping", "energy_friction", "energy_residual"]
+    names = ["bed.ur_gap", "bed.ur_normal", "bed.ur_friction", "A.x", "A.y", "A.normal", "A.friction"]
+    assert expected(scene.data)[-15:-8] == names
     assert known_channels(scene.data)["bed.ll_gap"].given == 1e-4
     assert scene.loose == ("bed", "A")
-
-
-def test_a_body_does_not_make_a_linkage_of_the_press() -> None:
-    with pytest.raises(SceneError, match="body is not a known key"):
-        load_scene("ideal", {"body.coupler.mass": 1.0})

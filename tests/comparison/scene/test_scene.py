@@ -4,7 +4,7 @@ import pickle
 
 import pytest
 
-from comparison.scene import Reliability, SceneError, load_scene, parse_set, scene_from_mapping
+from comparison.scene import load_scene, parse_set, scene_from_mapping
 
 PAPER = "150rpm-0.2mm"
 FULL = {"formulation": "full", "method": "auto", "step": 2e-6, "tolerance": 1e-7}
@@ -24,7 +24,6 @@ def test_the_mapping_is_complete_plain_and_without_the_criteria():
     assert (type(data["mechanism"]["rod4"]), type(data["drive"]["speed_rpm"])) == (dict, float)
     assert not {"compare", "reliability"} & set(data)
     assert (scene.compare.tolerance, scene.reliability.bins) == (1e-3, 36)
-    assert load_scene("paper").reliability == Reliability()
     # The end is that of the last sample.
     shorter = scene.with_values({"drive.cycles": 0.3334, "output.samples_per_cycle": 100})
     assert shorter.duration == pytest.approx(33 * 60 / 21000, rel=1e-15)  # one rounding
@@ -35,11 +34,9 @@ def test_the_mapping_is_complete_plain_and_without_the_criteria():
     ("changes", "formulation"),
     [
         ({}, "tree"),
-        ({"joints.crank_pin": "clearance"}, "tree"),
         ({"joints.crank_pin": "clearance", "joints.slider": "ideal"}, "tree"),
         ({"joints.slider": "ideal"}, "full"),
         ({"output.groups": ["accelerations", "joints"]}, "full"),
-        ({"output.groups": ["energy"]}, "full"),
         ({"solver.exudyn.method": "generalized-alpha"}, "full"),
     ],
 )
@@ -52,8 +49,6 @@ def test_exudyn_left_open_integrates_no_more_than_what_is_requested(changes, for
     steps = [exudyn(scene)["step"] for scene in (auto, named)]
     assert steps == {"tree": [1e-4, 1e-4], "full": [2e-6, 2.5e-7]}[formulation]
     assert exudyn(auto) | {"step": steps[1]} == exudyn(named)
-    more = auto.with_values({"output.groups": ["joints"], "solver.exudyn.method": "auto"})
-    assert exudyn(more) == FULL
 
 
 def test_settings_and_a_start_that_are_left_open_follow_what_is_changed():
@@ -68,25 +63,11 @@ def test_settings_and_a_start_that_are_left_open_follow_what_is_changed():
         assert moved.data["initial"]["slider_offset"] == offset
 
 
-def test_extends_takes_numbers_but_not_texts_and_leads_over_so_many_files(tmp_path):
-    for number in range(30):
-        extends = f'[scene]\nextends = "{number + 1}.toml"\n[drive]\n'  # a section that changes nothing
-        (tmp_path / f"{number}.toml").write_text(extends)
-    with pytest.raises(SceneError, match=r"^scene .*leads over more than 20 files"):
-        load_scene(tmp_path / "0.toml")
-    base = '[scene]\ntitle = "Base"\nextends = "paper"\n[drive]\nspeed_rpm = 33.0\n'
-    (tmp_path / "30.toml").write_text(base)
-    scene = load_scene(tmp_path / "20.toml")
-    assert (scene.name, scene.title, scene.data["drive"]["speed_rpm"]) == ("20", "20", 33.0)
-
-
 def test_set_reads_toml_values_and_takes_bare_words_as_text():
     known = {"a.b": 1, "c": 2e-9, "d": [1, 2], "e": True, "f": "ideal", "g": "x y", "h": "a=b"}
     assert parse_set(["a.b=1", "c=2e-9", "d=[1, 2]", "e=true", "f=ideal", "g='x y'", "h=a=b"]) == known
     # A line break must not smuggle in a second key.
     assert parse_set(["a=1\nb=2"]) == {"a": "1\nb=2"}
-    for text in ("9" * 5000, "[" * 3000, "{a=" * 3000):  # what TOML cannot read
-        assert parse_set([f"drive.cycles={text}"]) == {"drive.cycles": text}
 
 
 def test_the_hash_sees_numbers_and_not_texts():

@@ -107,12 +107,6 @@ def stated(keys, names, units, dialect):
     return {key: true[key] for key in keys | also if true[key] is not None}
 
 
-def meant(value, dialect):
-    """Return the number that a value is written as."""
-    text = _number(value, dialect.number)
-    return float(re.sub(r"^([^e]*\d)([+-]\d{3})$", r"\1e\2", text.replace("D", "e")))
-
-
 def written(names, units, columns, dialect, instead=None):
     """Return a table's bytes; ``instead`` is the column and row of an entry that is no number."""
     cells = [[_cell(value, dialect) for value in column] for column in columns]
@@ -247,20 +241,19 @@ def read(content, mapping=None):
 def wanted(names, units, columns, dialect):
     if dialect.header == "none":
         names = ["time", *(f"#{n + 1}" for n in range(1, len(columns)))]
-    result = {
-        name: (None if units is None else units[n], np.array([meant(value, dialect) for value in column]))
-        for n, (name, column) in enumerate(zip(["time", *names[1:]], columns, strict=True))
-    }
-    return result | {
-        "time": ("s", parse_unit(units[0] if units else "s").convert(result["time"][1], parse_unit("s")))
-    }
+    result = {}
+    for name, unit, column in zip(["time", *names[1:]], units or [None] * len(names), columns, strict=True):
+        texts = (_number(value, dialect.number).replace("D", "e") for value in column)
+        result[name] = unit, np.array([float(re.sub(r"(?<=\d)(?=[+-]\d{3}$)", "e", text)) for text in texts])
+    unit, time = result["time"]
+    return result | {"time": ("s", parse_unit(unit or "s").convert(time, parse_unit("s")))}
 
 
-def same(result, expected):
-    assert list(result) == list(expected)
+def same(result, expected, said):
+    assert list(result) == list(expected), said
     for name, (unit, numbers) in expected.items():
-        assert result[name][0] == unit
-        np.testing.assert_array_equal(result[name][1], numbers)
+        assert result[name][0] == unit, said
+        np.testing.assert_array_equal(result[name][1], numbers, said)
 
 
 def check_dialect(seed):
@@ -268,8 +261,7 @@ def check_dialect(seed):
     rng = random.Random(seed)
     dialect = drawn_dialect(rng)
     names, units, columns = drawn_table(rng, dialect)
-    content, expected, keys = written(names, units, columns, dialect), None, set()
-    expected = wanted(names, units, columns, dialect)
+    content, keys = written(names, units, columns, dialect), set()
     contents, message = read(content)
     while message:
         hint = re.search(r"state (.*) in \[dialect\]", message)
@@ -277,10 +269,7 @@ def check_dialect(seed):
         assert asked - keys, f"seed {seed}: {message} {content!r}"
         keys |= asked
         contents, message = read(content, {"dialect": stated(keys, names, units, dialect)})
-    try:
-        same(contents, expected)
-    except AssertionError as error:
-        raise AssertionError(f"seed {seed}: {keys} {content!r}") from error
+    same(contents, wanted(names, units, columns, dialect), f"seed {seed}: {keys} {content!r}")
     return not keys
 
 
@@ -301,21 +290,17 @@ def check_entry(seed):
     if len(others) > 1 and name != "time":
         result, message = read(content, {"compare": [other for other in others if other != "time"]})
         if not message:
-            same(result, others)
+            same(result, others, f"seed {seed}: {content!r}")
 
 
-def check_many(seeds):
+@pytest.mark.parametrize(
+    "seeds",
+    [range(EXAMPLES), pytest.param(range(10_000, 10_000 + 5 * EXAMPLES), marks=pytest.mark.slow)],
+    ids=["few", "many"],
+)
+def test_a_table_is_read_as_it_is_meant_or_the_refusal_names_the_key(seeds):
     """At most 30 % need a mapping: what is not clear is not guessed, but most tables are clear."""
     refused = sum(not check_dialect(seed) for seed in seeds)
     assert refused <= 0.3 * len(seeds), f"{refused} of {len(seeds)} need a mapping"
     for seed in seeds:
         check_entry(seed)
-
-
-def test_a_table_is_read_as_it_is_meant_or_the_refusal_names_the_key():
-    check_many(range(EXAMPLES))
-
-
-@pytest.mark.slow
-def test_so_are_many():
-    check_many(range(10_000, 10_000 + 5 * EXAMPLES))

@@ -54,29 +54,6 @@ def test_every_sample_gives_its_columns_and_units_and_its_ending_says_nothing(na
     assert again.frame.equals(table.frame)
 
 
-@pytest.mark.parametrize(
-    ("at_events", "rows", "speeds"), [("left", 21, [0.0]), ("right", 21, [0.5]), ("both", 22, [0.0, 0.5])]
-)
-def test_the_rows_at_an_event(at_events, rows, speeds):
-    path = SAMPLES / "modelica_event.csv"
-    table, _, _ = read_pair(path, at_events=at_events)
-    assert (np.diff(table.time) > 0).all()
-    assert table.time.size == rows
-    here = np.abs(table.time - 0.5) < 1e-9
-    np.testing.assert_allclose(table.values("body.v_0[1]")[here], speeds, rtol=0, atol=1e-9)
-    refused("time 0.5 s is repeated in data row 12 (such rows: 1)|--at-events", path)
-
-
-def test_what_cannot_be_read_says_how_to_export_it():
-    for head, rule in (
-        (b"\x01\x00\x02\x00fast", "is a binary file: let the program write text or CSV"),
-        (b"PK\x03\x04 no workbook", "is not a readable .xlsx workbook: save its sheet as CSV"),
-        (b"time\n1\n2\n", "contains no row of two or more numbers"),
-    ):
-        refused(f"run.out: {rule}", put("run.out", head))
-    refused("none.out: No such file", Path("none.out"))
-
-
 # MATLAB, read in a process of its own
 MAT = Path("a.mat")
 
@@ -106,12 +83,9 @@ def test_what_is_no_vector_is_refused_or_listed():
 def test_a_broken_file_is_one_line():
     savemat(MAT, COLUMNS | {"slider_x": np.zeros(5)})
     refused("a.mat: time holds 11 numbers and slider_x 5", MAT)
-    savemat("good.mat", COLUMNS)
-    whole = Path("good.mat").read_bytes()
-    # The last three end scipy's parser by a wrong address.
-    changes = ((126, b"??"), (145, b"\x0f"), (154, b"\x01"), (177, b"\x0e"))
-    changed = [whole[:place] + wrong + whole[place + len(wrong) :] for place, wrong in changes]
-    for broken in (whole[:200], whole[:-3], *changed):
+    whole = MAT.read_bytes()
+    # The last one ends scipy's parser by a wrong address.
+    for broken in (whole[:-3], whole[:145] + b"\x0f" + whole[146:]):
         refused("a.mat: is not a readable .mat file", put("a.mat", broken))
 
 
@@ -119,13 +93,9 @@ def dymola(places, *, transposed=True, **matrices):
     """Write a result of Dymola: of each name its matrix and row; a matrix has its times in the first row."""
     padded = [name.ljust(12) for name in places]
     matrices["dataInfo"] = np.array([[*place, 0, -1] for place in places.values()]).T
+    kind = "binTrans" if transposed else "binNormal"
     content = {
-        "Aclass": [
-            "Atrajectory",
-            "1.1".ljust(11),
-            " " * 11,
-            ("binTrans" if transposed else "binNormal").ljust(11),
-        ],
+        "Aclass": [text.ljust(11) for text in ("Atrajectory", "1.1", "", kind)],
         "name": ["".join(column) for column in zip(*padded, strict=True)] if transposed else padded,
     }
     content |= {name: np.array(each if transposed else np.transpose(each)) for name, each in matrices.items()}
@@ -193,16 +163,15 @@ def test_what_simulink_saves(content, names):
     assert not any("not compared" in line for line in warnings)
 
 
-@pytest.mark.parametrize("matrix", [np.eye(21), np.ones((3, 21)), np.ones((21, 2, 2)), np.ones((4, 2))])
+@pytest.mark.parametrize("matrix", [np.eye(21), np.ones((21, 2, 2)), np.ones((4, 2))])
 def test_a_matrix_whose_rows_are_no_times_is_refused(matrix):
     savemat(MAT, {"tout": COLUMN, "yout": matrix})
     refused("a.mat: 'yout (float64 of shape ", MAT)
 
 
 # Excel
-EXACT = FRAME.round(9)  # openpyxl writes 16 digits: too few for some doubles
-ROWS = EXACT.to_numpy().tolist()
-EXACT_COLUMNS = {name: EXACT[name].to_numpy() for name in EXACT}
+ROWS = FRAME.round(9).to_numpy().tolist()  # openpyxl writes 16 digits: too few for some doubles
+EXACT = {name: column.round(9) for name, column in COLUMNS.items()}
 
 
 def workbook(*rows, more=None):
@@ -216,16 +185,15 @@ def workbook(*rows, more=None):
     return Path("run.xlsx")
 
 
-@pytest.mark.parametrize("head", [[NAMES], [["Adams/PostProcessor"], [], NAMES], [["run", None, 7.0], NAMES]])
+@pytest.mark.parametrize("head", [[["Adams/PostProcessor"], [], NAMES], [["run", None, 7.0], NAMES]])
 def test_numbers_arrive_bit_for_bit_below_titles_and_above_a_blank_row(head):
     path = workbook(*head, *ROWS, [None], more={"Notes": [["made by", "hand"], [1.0]]})
-    same(read_pair(path)[0], EXACT_COLUMNS)
+    same(read_pair(path)[0], EXACT)
 
 
 @pytest.mark.parametrize(
     ("rows", "rule"),
     [
-        ([NAMES, *ROWS[:3], [0.0, "late", 1.0]], "column 'slider_y' is not a number in line 5: 'late'"),
         ([NAMES, *ROWS[:3], [0.0, "1.500", 1.0]], "column 'slider_y' is not a number in line 5"),
         ([NAMES, *ROWS[:3], ["run 2"], *ROWS], "column 'time' is not a number in line 5: 'run 2'"),
         ([["time", "slider_y"], ["0.1", "0.2"]], "of its sheets none hold rows of two or more numbers"),
@@ -235,12 +203,9 @@ def test_a_sheet_that_is_no_table_is_one_line(rows, rule):
     refused(f"run.xlsx: |{rule}", workbook(*rows))
 
 
-def test_a_damaged_workbook_and_two_sheets_are_one_line():
+def test_two_sheets_with_tables_are_one_line():
     path = workbook(NAMES, *ROWS, more={"Run 2": [NAMES, *ROWS]})
     refused("of its sheets 'Table' and 'Run 2' hold rows of two or more numbers: save one", path)
-    for share in (0.1, 0.5, 0.9):
-        content = path.read_bytes()
-        refused("is not a readable .xlsx workbook", put("b.xlsx", content[: int(share * len(content))]))
 
 
 def test_a_column_of_text_can_be_left_out_and_an_empty_cell_is_no_number():
@@ -249,6 +214,6 @@ def test_a_column_of_text_can_be_left_out_and_an_empty_cell_is_no_number():
     path = workbook([*NAMES, "contact\nof the corner"], *rows)
     refused("'contact of the corner' is not a number in line 2: 'no'", path)
     table, _, warnings = read_pair(path, path, f"compare = {NAMES[1:]}")
-    same(table, EXACT_COLUMNS)
+    same(table, EXACT)
     assert "contact of the corner" in warnings[0]
     assert np.isnan(read_pair(workbook(NAMES, [0.0, None, 1.0], *ROWS[1:]))[0].values("slider_y")[0])
