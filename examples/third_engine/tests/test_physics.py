@@ -102,7 +102,6 @@ def test_ideal_press_is_that_of_the_reference(run):
     ("name", "changes", "instants"),
     [
         ("150rpm-0.2mm", {"drive.cycles": 1.0}, 1e-7),
-        ("300rpm-0.2mm", {"drive.cycles": 1.0}, 1e-7),
         ("surface", MATERIALS, 2e-6),
         ("150rpm-0.2mm", MATERIALS | {"drive.cycles": 0.3, "contact.law": "adams-impact"}, 2e-6),
     ],
