@@ -1,4 +1,4 @@
-"""Minimal-coordinate programs for linkages with clearances, and the contact law of page_formulas.
+"""Minimal-coordinate programs for linkages with clearances, and the contact law of docs/model.md, section 6.
 
 `Bodies` takes as many of the bodies' coordinates for independent as a pose leaves free; the loops give the
 others by Newton's method. `SliderCrank` has equations written out. Contact acts by its virtual power,
