@@ -6,7 +6,7 @@ table; a mirrored press has the other branches, the other sense of rotation and 
 
 import numpy as np
 import pytest
-from page_engine import at_time
+from page_engine import Engine, at_time
 from page_formulas import CORNERS
 
 from comparison.scene import load_scene
@@ -92,6 +92,9 @@ def test_a_slider_with_clearance(run, variant, name):
         pytest.skip("Newton's method leaves 3e-4 of the reactions where the force jumps")
     simulated = run(variant, *SCENES[name])
     columns, events, time = simulated.columns, simulated.result.events, simulated.columns["time"]
+    start = [columns[f"slider_{part}"][0] for part in ("x", "y", "angle", "vx", "vy", "omega")]
+    place = [12, 13, 14, 27, 28, 29]
+    np.testing.assert_allclose(start, Engine(simulated.scene).start()[place], rtol=1e-12, atol=1e-14)
     speeds = np.zeros((time.size, 4))
     for corner, start, end, speed in zip(
         *(events[key] for key in ("corner", "start", "end", "normal_speed")), strict=True
