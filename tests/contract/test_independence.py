@@ -40,7 +40,7 @@ def test_model_runs_alone(scene, model, other):
 def test_who_listens_does_not_change_the_run_which_leaves_nothing(run, variant, tmp_path, monkeypatch, capfd):
     """Reports of progress stop an integrator more often; its steps are the same."""
     monkeypatch.chdir(tmp_path)
-    alone, shares = run(variant, "150rpm-0.2mm", {"drive.cycles": 0.5}), []
+    alone, shares = run(variant, "150rpm-0.2mm", {"drive.cycles": 0.1}), []
     heard = alone.variant.model.simulate(alone.scene, progress=shares.append)
     assert shares[:-1] == sorted(shares[:-1])
     assert shares[-1] == 1.0

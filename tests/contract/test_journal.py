@@ -1,4 +1,4 @@
-"""The journal in its bearing, Fig. 8b: where it is, and when it touches; its forces: `tests/pointwise`."""
+"""The journal in its bearing, Fig. 8b: where it is, and when it touches; its forces: test_model_page.py."""
 
 import numpy as np
 import pytest

@@ -9,14 +9,13 @@ from scipy.integrate import DOP853
 CENTRED = {"mechanism.reference_offset": 0.0, "initial.slider_offset": 0.0}
 
 
-@pytest.mark.parametrize("name", ["150rpm-0.2mm", "adams-impact"])
-def test_small_clearance_tends_to_the_ideal_mechanism_at_first_order(run, variant, name):
+def test_small_clearance_tends_to_the_ideal_mechanism_at_first_order(run, variant):
     """A quarter of the clearance, a quarter of the deviation; y moves tan(beta) times as far as x."""
     # Through the largest tan(beta), 0.2093, with x at both walls.
     common = {**CENTRED, "drive.cycles": 0.2, "output.groups": []}
     ideal, deviations = run("reference-minimal", "ideal", common).columns, []
     for clearance in (4e-5, 1e-5):
-        columns = run(variant, name, {**common, "clearance.slider": clearance}).columns
+        columns = run(variant, "150rpm-0.2mm", {**common, "clearance.slider": clearance}).columns
         across, along = (np.abs(columns[name] - ideal[name]).max() for name in ("slider_x", "slider_y"))
         # The walls give way by up to a micrometre or two.
         assert 0.99 * clearance <= across <= clearance + 2e-6

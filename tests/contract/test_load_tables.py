@@ -1,4 +1,4 @@
-"""A load's table is interpolated between its rows, however steep; its forces: `tests/pointwise`."""
+"""A load's table is interpolated between its rows, however steep; its forces: test_states.py."""
 
 from pathlib import Path
 

@@ -38,23 +38,6 @@ def test_the_model_records_the_formulation_that_was_planned(model, joints, group
     assert not any(name.startswith("reaction") for name in result.columns) or groups
 
 
-CHANGES = {
-    "hertz-corners; 210 GPa, Poisson's ratio 0.28": ("150rpm-0.2mm", {}),
-    "adams-impact; 210 GPa, Poisson's ratio 0.28; damping up to 260 N s/m, from": ("adams-impact", {}),
-    "adams-impact; k = 5e+09 N/m^n; damping up to": ("adams-impact", {"contact.stiffness": 5e9}),
-    "below y = -0.0318 m: 500 N at a depth of 0.003 m, exponent 1.5": ("workpiece", {}),
-    "m: a table up to 9 N": ("ideal", {"load.table": [[0.0, 0.0], [1e-3, 9.0], [2e-3, 3.0]]}),
-}
-
-
-@pytest.mark.parametrize("words", CHANGES)
-def test_the_plan_tells_law_and_load(words):
-    for model in MODELS:
-        made = plan(load_scene(*CHANGES[words]), model)
-        assert words in "; ".join([*made.contacts, made.load])
-        assert bool(made.load) == (words.startswith(("below", "m: ")))
-
-
 def test_a_larger_formulation_of_the_reference_runs_on_request():
     small = load_scene("150rpm-0.2mm", AUTO | SHORT)
     large = small.with_values({"solver.reference.formulation": "multiplier"})

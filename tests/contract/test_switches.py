@@ -74,9 +74,10 @@ reference, tree = partial(simulated, reference_model), partial(simulated, exudyn
 @pytest.mark.parametrize("law", ["foundation", "hertz-corners"])
 # The gap at t = 0 rounds to 0, above it and below it.
 @pytest.mark.parametrize(
-    ("clearance", "guide"), [(2e-4, -0.55), (2.4e-4, -0.5496528057142475), (4.03e-4, -0.5519940396659647)]
+    ("clearance", "guide", "spin"),
+    [(2e-4, -0.55, 20.0), (2.4e-4, -0.5496528057142475, -20.0), (4.03e-4, -0.5519940396659647, 20.0)],
 )
-@pytest.mark.parametrize(("wall", "spin"), [(1, -20.0), (1, 20.0), (-1, -20.0), (-1, 20.0)])
+@pytest.mark.parametrize("wall", [1, -1])
 def test_a_corner_that_starts_on_its_wall_has_its_own_speed(run, variant, law, clearance, guide, wall, spin):
     """The other corner of the side leaves the wall; (0.05 + 20 * 0.035) m/s."""
     changes = {
@@ -94,7 +95,7 @@ def test_a_corner_that_starts_on_its_wall_has_its_own_speed(run, variant, law, c
     assert first["normal_speed"] == pytest.approx(0.75, rel=1e-6)
 
 
-@pytest.mark.parametrize(("wall", "spin"), [(1, -1.0), (1, 1.0), (-1, -1.0), (-1, 1.0)])
+@pytest.mark.parametrize(("wall", "spin"), [(1, -1.0), (-1, -1.0)])
 def test_of_two_corners_that_touch_at_once_the_faster_has_the_side_s_speed(run, variant, wall, spin):
     """Corners at 0.05 -+ 0.035 m/s, on their wall at t = 0."""
     changes = {

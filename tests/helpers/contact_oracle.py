@@ -13,18 +13,22 @@ from types import SimpleNamespace
 
 import numpy as np
 from linkage_oracle import LostError, drive_torque, end_of, push, tension, times
+from page_formulas import (
+    DAMPING,
+    compliances,
+    conformal_radius,
+    friction,
+    impact_force,
+    normal_force,
+    point_elastic,
+    point_stiffness,
+)
 from scipy.integrate import DOP853
 from scipy.linalg import qr
 from scipy.optimize import brentq
 
 CORNERS = {"ll": (-1, 1), "lr": (-1, -1), "ul": (1, 1), "ur": (1, -1)}
 """Sides of a corner along the guide's direction and along its normal."""
-DAMPING = {
-    "lankarani-nikravesh": lambda e: 0.75 * (1 - e**2),
-    "hunt-crossley": lambda e: 1.5 * (1 - e),
-    "flores": lambda e: 8 * (1 - e) / (5 * e),
-    "gonthier": lambda e: (1 - e**2) / e,
-}
 
 
 class Contact:
@@ -33,26 +37,25 @@ class Contact:
     def __init__(self, name, clearance):
         self.name, self.events, self.impact = name, [], None
         self.clearance, self.contact, self.friction = clearance, clearance["contact"], clearance["friction"]
-        radius, c = clearance.get("journal_radius"), clearance["size"]
-        radius = radius * (radius + c) / c if radius else clearance["corner_radius"]
-        material = self.contact["youngs_modulus"] / (1 - self.contact["poisson"] ** 2)
-        self.K = self.contact.get("stiffness") if self.contact["law"] == "adams-impact" else None
-        self.K = self.K or 2 / 3 * material * math.sqrt(radius)
+        radius, law = clearance.get("journal_radius"), self.contact
+        radius = conformal_radius(radius, clearance["size"]) if radius else clearance["corner_radius"]
+        material = compliances(*[law["youngs_modulus"]] * 2, *[law["poisson"]] * 2)
+        stiffness = law.get("stiffness") if law["law"] == "adams-impact" else None
+        self.K = stiffness or point_stiffness(*material, radius)
 
     def force(self, depth, rate, slip):
         """Return normal force, friction and the elastic part of the first."""
         if self.impact is None or depth <= 0:
             return 0.0, 0.0, 0.0
-        law, mu = self.contact, self.friction["coefficient"]
-        elastic = self.K * depth ** law["exponent"]
+        law, rub, n = self.contact, self.friction, self.contact["exponent"]
+        elastic = point_elastic(self.K, depth, n)
         if law["law"] == "adams-impact":
-            s = min(depth / law["damping_depth"], 1)
-            damping = law["damping"] * s**2 * (3 - 2 * s)
+            normal = impact_force(self.K, n, law["damping"], law["damping_depth"], depth, rate)
         else:
-            damping = elastic * DAMPING[law["damping_model"]](law["restitution"]) / self.impact
-        normal, v0 = max(elastic + damping * rate, 0.0), self.friction["static_speed"]
-        ramp = min(max((abs(slip) - v0) / (self.friction["transition_speed"] - v0), 0.0), 1.0)
-        return normal, -math.copysign(mu * ramp * normal, slip), elastic
+            C = DAMPING[law["damping_model"]](law["restitution"])
+            normal = normal_force(elastic, C, depth, rate, self.impact)
+        numbers = rub["coefficient"], rub["static_speed"], rub["transition_speed"]
+        return normal, friction(*numbers, normal, slip), elastic
 
     def switch(self, t, rate, impulse):
         if self.impact is None:

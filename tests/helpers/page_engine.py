@@ -7,11 +7,9 @@ from page_formulas import (
     CORNERS,
     Numbers,
     corner_load,
-    friction,
     impact_speed,
     journal_load,
     journal_motion,
-    point_elastic,
 )
 from scipy.integrate import solve_ivp
 
@@ -101,22 +99,18 @@ class Engine:
 
     def constraints(self, q, v):
         """Φ_q and γ of section 3."""
-        rows, γ = [], []
-        for i, j, arm_i, arm_j in self.joints.values():
-            for axis in range(2):
-                row, right = np.zeros(15), 0.0
-                for body, sign, arm in ((i, 1, arm_i), (j, -1, arm_j)):
-                    if body is not None:
-                        θ, w = q[3 * body + 2], v[3 * body + 2]
-                        u = direction(θ)
-                        row[3 * body + axis], row[3 * body + 2] = sign, -arm * across(u)[axis]
-                        right -= arm * u[axis] * w**2
-                rows.append(row)
-                γ.append(right)
-        for coordinate in (2, 12, 14) if self.ideal_slider else (2,):
-            rows.append(np.eye(15)[coordinate])
-            γ.append(0.0)
-        return np.array(rows), np.array(γ)
+        size = 2 * len(self.joints)
+        held = (2, 12, 14) if self.ideal_slider else (2,)
+        rows, γ = np.zeros((size + len(held), 15)), np.zeros(size + len(held))
+        u = np.column_stack([np.cos(q[2::3]), np.sin(q[2::3])])
+        for row, (i, j, arm_i, arm_j) in zip(range(0, size, 2), self.joints.values(), strict=True):
+            for body, sign, arm in ((i, 1, arm_i), (j, -1, arm_j)):
+                if body is not None:
+                    rows[row, 3 * body] = rows[row + 1, 3 * body + 1] = sign
+                    rows[row : row + 2, 3 * body + 2] = -arm * across(u[body])
+                    γ[row : row + 2] -= arm * u[body] * v[3 * body + 2] ** 2
+        rows[range(size, len(rows)), held] = 1.0
+        return rows, γ
 
     def contacts(self, q, v):
         """Of each contact: depth, its rate, slip, what places its force; None where there is none."""
@@ -131,62 +125,51 @@ class Engine:
         return motions
 
     def forces(self, q, v):
-        """Q, and F_n, F_t and the elastic force of each contact."""
+        """Q; F_n, F_t and the elastic force of each contact, and the energy that they store; `contacts`."""
         Q, motions, numbers = np.zeros(15), self.contacts(q, v), self.numbers
         Q[1::3] = -self.masses * self.g
         Q[13] += numbers.pressed(q[13])[0]
-        states = np.zeros((5, 3))
-        for k in np.flatnonzero(self.v_i):
-            δ, dδ, v_t, *place = motions[k]
-            if k < 4:
-                other = motions[k ^ 2][0] if self.v_i[k ^ 2] > 0.0 else 0.0
-                f, F_n = numbers.elastic(δ, other), numbers.normal(δ, other, dδ, self.v_i[k])
-            else:
-                f = point_elastic(numbers.K_j, δ, numbers.n)
-                F_n = numbers.damped(numbers.K_j, f, δ, dδ, self.v_i[k])
-            F_t = friction(*numbers.rub, F_n, v_t)
-            states[k] = F_n, F_t, f
-            if k < 4:
-                Q[12:] += corner_load(numbers.corners[k][2], F_n, F_t, *place)
-            else:
-                n, t, P = place
-                G = journal_load(F_n, F_t, n, t)
-                Q[3:6] += [*G, cross(P - q[3:5], G)]
-                Q[0:3] -= [*G, cross(P - q[0:2], G)]
-        return Q, states, motions
+        states, stored = np.zeros((5, 3)), 0.0
+        if not self.ideal_slider:
+            states[:4], stored = numbers.slider(motions, self.v_i[:4])
+            for k in range(4):
+                Q[12:] += corner_load(numbers.corners[k][2], *states[k, :2], *motions[k][3:])
+        if self.v_i[4]:
+            δ, dδ, v_t, n, t, P = motions[4]
+            states[4], U = numbers.point(numbers.K_j, δ, dδ, v_t, self.v_i[4])
+            stored += U
+            G = journal_load(*states[4, :2], n, t)
+            Q[3:6] += [*G, cross(P - q[3:5], G)]
+            Q[0:3] -= [*G, cross(P - q[0:2], G)]
+        return Q, states, stored, motions
 
     def solve(self, y):
         """Accelerations and λ of Eq. 20."""
         q, v = y[:15], y[15:30]
         Φ_q, γ = self.constraints(q, v)
-        Q, states, motions = self.forces(q, v)
+        Q, *contacts = self.forces(q, v)
         size = 15 + len(γ)
         matrix = np.zeros((size, size))
         matrix[:15, :15], matrix[:15, 15:], matrix[15:, :15] = np.diag(self.M), Φ_q.T, Φ_q
         solution = np.linalg.solve(matrix, np.concatenate([Q, γ]))
-        return solution[:15], solution[15:], states, motions
+        return solution[:15], solution[15:], *contacts
 
     def rates(self, _, y):
-        a, λ, states, motions = self.solve(y)
-        damping = sum((states[k][0] - states[k][2]) * motions[k][1] for k in np.flatnonzero(self.v_i))
-        rubbing = -sum(states[k][1] * motions[k][2] for k in np.flatnonzero(self.v_i))
+        a, λ, states, _, motions = self.solve(y)
+        closed = np.flatnonzero(self.v_i)
+        damping = sum((states[k][0] - states[k][2]) * motions[k][1] for k in closed)
+        rubbing = -sum(states[k][1] * motions[k][2] for k in closed)
         return np.concatenate([y[15:30], a, [-λ[2 * len(self.joints)] * self.ω, damping, rubbing]])
 
     def gap(self, k, y):
         return -self.contacts(y[:15], y[15:30])[k][0]
 
-    def energies(self, y, motions):
-        """Energies of section 8, kinetic, in the contacts and in the workpiece, and that of height."""
-        q, v, numbers = y[:15], y[15:30], self.numbers
-        stored = 0.0
-        for k in np.flatnonzero(self.v_i):
-            K = numbers.K if k < 4 else numbers.K_j
-            stored += K / (numbers.n + 1) * max(motions[k][0], 0.0) ** (numbers.n + 1)
-        height = self.g * self.masses @ q[1::3]
-        return 0.5 * self.M @ v**2, stored, numbers.pressed(q[13])[1], height
+    def height(self, y):
+        """Energy of height, J."""
+        return self.g * self.masses @ y[1:15:3]
 
     def channels(self, y, start):
-        a, λ, states, motions = self.solve(y)
+        a, λ, states, stored, motions = self.solve(y)
         q, v = y[:15], y[15:30]
         names = ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")
         out = {f"slider_{n}": value for n, value in zip(names, [*q[12:], *v[12:], *a[12:]], strict=True)}
@@ -204,15 +187,15 @@ class Engine:
             n, t = motions[4][3:5] if self.v_i[4] else (np.zeros(2), np.zeros(2))
             out["reaction_A_x"], out["reaction_A_y"] = journal_load(states[4][0], states[4][1], n, t)
         out["crank_torque"] = -λ[2 * len(self.joints)]
-        kinetic, contact, load, height = self.energies(y, motions)
-        parts = y[30], start[3] - height, kinetic, contact, load, y[31], y[32]
+        kinetic, load = 0.5 * self.M @ v**2, self.numbers.pressed(q[13])[1]
+        parts = y[30], self.height(start) - self.height(y), kinetic, stored, load, y[31], y[32]
         names = ("drive", "gravity", "kinetic", "contact", "load", "damping", "friction")
         return out | {f"energy_{name}": part for name, part in zip(names, parts, strict=True)}
 
     def run(self, times):
         """Channels at these times, s, and the contacts' table: corner, start, end, impact speed."""
         y, t, table, begun = self.start(), 0.0, [], {}
-        start = self.energies(y, self.contacts(y[:15], y[15:30]))
+        start = y
         samples, there = [], [k for k, motions in enumerate(self.contacts(y[:15], y[15:30])) if motions]
         while t < times[-1]:
             events = []

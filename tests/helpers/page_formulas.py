@@ -121,12 +121,7 @@ def impact_speed(dδ, v_min):
 
 @stated(r"K\delta^n")
 def point_elastic(K, δ, n):
-    return K * np.maximum(δ, 0) ** n
-
-
-@stated(r"K_s(2\delta_1 + \delta_2)/6")
-def surface_elastic(K_s, δ_1, δ_2):
-    return K_s * (2 * δ_1 + δ_2) / 6
+    return K * max(δ, 0) ** n
 
 
 @stated(
@@ -171,7 +166,7 @@ def side_motion(f_1, f_2, dδ_1, dδ_2, v_t1, v_t2):
 )
 def side_force(f_1, f_2, C, dδ, v_i):
     F_n = (f_1 + f_2) * (1 + C * dδ / v_i)
-    return np.where(F_n > 0, F_n, 0)
+    return max(F_n, 0)
 
 
 @stated(
@@ -180,7 +175,7 @@ def side_force(f_1, f_2, C, dδ, v_i):
 )
 def normal_force(f_1, C, δ, dδ, v_i):
     F_n = f_1 * (1 + C * dδ / v_i)
-    return np.where((F_n > 0) & (δ > 0), F_n, 0)
+    return max(F_n, 0) if δ > 0 else 0.0
 
 
 @stated(
@@ -188,9 +183,9 @@ def normal_force(f_1, C, δ, dδ, v_i):
     r"c(\delta) = c_{\max}\, s^2 (3 - 2 s), \qquad s = \min(\delta/d_{\max}, 1)",
 )
 def impact_force(k, n, c_max, d_max, δ, dδ):
-    s = np.minimum(np.maximum(δ, 0) / d_max, 1)
-    F_n = k * np.maximum(δ, 0) ** n + c_max * s**2 * (3 - 2 * s) * dδ
-    return np.where((F_n > 0) & (δ > 0), F_n, 0)
+    s = min(max(δ, 0) / d_max, 1)
+    F_n = k * max(δ, 0) ** n + c_max * s**2 * (3 - 2 * s) * dδ
+    return max(F_n, 0) if δ > 0 else 0.0
 
 
 @stated(
@@ -198,8 +193,8 @@ def impact_force(k, n, c_max, d_max, δ, dδ):
     r"c_d = \min\left(1, \max\left(0, \frac{\lvert v_t \rvert - v_0}{v_1 - v_0}\right)\right)",
 )
 def friction(c_f, v_0, v_1, F_n, v_t):
-    c_d = np.minimum(1, np.maximum(0, (np.abs(v_t) - v_0) / (v_1 - v_0)))
-    return -c_f * c_d * F_n * np.sign(v_t)
+    c_d = min(1, max(0, (abs(v_t) - v_0) / (v_1 - v_0)))
+    return -c_f * c_d * F_n * math.copysign(1, v_t)
 
 
 @stated(r"F_x = \sigma_x F_n, \qquad F_y = F_t, \qquad M_5 = r_x F_t - r_y \sigma_x F_n")
@@ -250,7 +245,7 @@ class Numbers:
         σ_s, σ_g = compliances(*partners(contact["youngs_modulus"]), *partners(contact["poisson"]))
         self.law = contact["law"]
         if self.law not in ("hertz-corners", "paper-switching", "foundation", "adams-impact"):
-            raise ValueError(f"{self.law}: enter the page's formulas in `elastic`, `damped` and `steepness`")
+            raise ValueError(f"{self.law}: enter the page's formulas in `point` or `side`")
         self.n, self.v_min = contact["exponent"], contact["impact_speed_floor"]
         self.K = point_stiffness(σ_s, σ_g, contact["corner_radius"])
         self.K_s = side_stiffness(σ_s, σ_g, slider["thickness"], slider["length"])
@@ -265,7 +260,7 @@ class Numbers:
         self.c = scene["clearance"]["crank_pin"]
         self.R_j = scene["clearance"]["journal_radius"]
         self.K_j = point_stiffness(σ_g, σ_g, conformal_radius(self.R_j, self.c))
-        if self.law == "adams-impact" and contact["stiffness"] is not None:
+        if self.law == "adams-impact" and contact.get("stiffness"):
             self.K = self.K_j = contact["stiffness"]
         self.load = scene["load"]
 
@@ -274,53 +269,49 @@ class Numbers:
         s_x, s_y, σ_x = self.corners[k]
         return corner_motion(s_x, s_y, σ_x, self.x_g, self.W_T, self.c_T, x_5, θ_5, dx_5, dy_5, ω_5)
 
-    def elastic(self, δ_1, δ_2):
-        """Force of a corner of depth δ_1 before damping, N; δ_2 is that of the other corner of its side."""
-        alone = point_elastic(self.K, δ_1, self.n)
-        both = (δ_1 > 0) & (δ_2 > 0)
-        if self.law in ("hertz-corners", "adams-impact") or not np.any(both):
-            return alone
-        d_1, d_2 = np.where(both, δ_1, 1), np.where(both, δ_2, 1)
-        return np.where(both, surface_elastic(self.K_s, d_1, d_2), alone)
+    def point(self, K, δ, dδ, v_t, v_i):
+        """F_n, F_t and elastic force (N) of a contact by itself that touched at v_i, and its energy, J."""
+        f = point_elastic(K, δ, self.n)
+        F_n = (
+            impact_force(K, self.n, self.c_max, self.d_max, δ, dδ)
+            if self.law == "adams-impact"
+            else normal_force(f, self.C, δ, dδ, v_i)
+        )
+        return [F_n, friction(*self.rub, F_n, v_t), f], f * max(δ, 0) / (self.n + 1)
 
-    def normal(self, δ_1, δ_2, dδ, v_i):
-        """Force of such a corner that touched at v_i, N."""
-        elastic = self.elastic(δ_1, δ_2)
-        damped = self.damped(self.K, elastic, δ_1, dδ, v_i)
-        return np.where((δ_1 > 0) & (δ_2 > 0), elastic, damped) if self.law == "paper-switching" else damped
+    def side(self, first, second, v_i):
+        """The same of both corners of a side, of which `corner` tells; the first is as deep or deeper."""
+        (δ_1, dδ_1, v_t1), (δ_2, dδ_2, v_t2) = first[:3], second[:3]
+        both = v_i.all() and δ_2 > 0
+        if self.law == "paper-switching" and both:
+            f_1, f_2, U = trapezoid(self.K_s, δ_1, δ_2)
+            return [[f, friction(*self.rub, f, v_t), f] for f, v_t in ((f_1, v_t1), (f_2, v_t2))], U
+        if self.law == "foundation" and v_i.any() and δ_1 > 0:
+            f_1, f_2, U = (trapezoid if δ_2 > 0 else triangle)(self.K_s, δ_1, δ_2)
+            s, dδ, v_t = side_motion(f_1, f_2, dδ_1, dδ_2, v_t1, v_t2)
+            F_n = side_force(f_1, f_2, self.C, dδ, v_i.max())
+            F_t = friction(*self.rub, F_n, v_t)
+            return [[s * F_n, s * F_t, f_1], [(1 - s) * F_n, (1 - s) * F_t, f_2]], U
+        points = [
+            self.point(self.K, *motion[:3], v) if v else ([0.0] * 3, 0.0)
+            for motion, v in zip((first, second), v_i, strict=True)
+        ]
+        return [state for state, _ in points], sum(U for _, U in points)
 
-    def damped(self, k, f_1, δ, dδ, v_i):
-        """Force of a point contact of this stiffness from its elastic one, N."""
-        if self.law == "adams-impact":
-            return impact_force(k, self.n, self.c_max, self.d_max, δ, dδ)
-        return normal_force(f_1, self.C, δ, dδ, v_i)
+    def slider(self, motions, v_i):
+        """F_n, F_t and elastic force (4, 3) of the corners, v_i = 0: open, and the energy that they store."""
+        states, stored = np.zeros((4, 3)), 0.0
+        for low in (0, 1):
+            pair = sorted((low, low + 2), key=lambda k: -motions[k][0])
+            states[pair], U = self.side(*(motions[k] for k in pair), v_i[pair])
+            stored += U
+        return states, stored
 
     def pressed(self, y_5):
         """Force of the workpiece and its stored energy at a height of the slider, N and J."""
-        h = self.load["surface"] - y_5
+        h = max(self.load["surface"] - y_5, 0)
         if not self.load["table"]:
-            return power_load(self.load["force"], self.load["depth"], self.load["exponent"], np.maximum(h, 0))
+            return power_load(self.load["force"], self.load["depth"], self.load["exponent"], h)
         h_k, P_k = np.transpose(self.load["table"])
-        rows = np.concatenate([h_k[h_k < h], [max(h, 0)]])
+        rows = np.append(h_k[h_k < h], h)
         return np.interp(h, h_k, P_k), np.trapezoid(np.interp(rows, h_k, P_k), rows)
-
-    def side(self, first, second):
-        """Normal and friction forces (N) of a foundation at both corners, impact speed, stored energy (J).
-
-        `first`, `second`: what `corner` gives of them while the side is in contact, from t = 0.
-        """
-        (d_1, rate_1, slip_1), (d_2, rate_2, slip_2) = first[:3], second[:3]
-        δ_1, δ_2 = np.maximum(d_1, d_2), np.minimum(d_1, d_2)
-        outside, apart = (
-            δ_2 <= 0,
-            np.where(δ_1 > δ_2, δ_2, δ_1 - 1),
-        )  # no division by zero where it is not used
-        forces = np.where(outside, triangle(self.K_s, δ_1, apart), trapezoid(self.K_s, δ_1, δ_2))
-        most, least, stored = np.where(δ_1 > 0, forces, 0)
-        f_1, f_2 = np.where(d_1 > d_2, most, least), np.where(d_1 > d_2, least, most)
-        s, dδ, v_t = side_motion(f_1, f_2, rate_1, rate_2, slip_1, slip_2)
-        v_i = impact_speed(dδ[0], self.v_min)
-        F_n = side_force(f_1, f_2, self.C, dδ, v_i)
-        F_t = friction(*self.rub, F_n, v_t)
-        normal, drag = [s * F_n, (1 - s) * F_n], [s * F_t, (1 - s) * F_t]
-        return normal, drag, v_i, stored

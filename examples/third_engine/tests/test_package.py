@@ -49,13 +49,6 @@ def test_a_law_that_it_does_not_know_is_refused(scene, law):
         simulate(data)
 
 
-def test_a_run_of_too_many_steps_is_a_status_with_what_it_has(monkeypatch):
-    monkeypatch.setattr("pinocchio_press.simulation.LIMIT", 5)
-    result = simulate(load_scene("150rpm-0.2mm").data)
-    assert (result.status, result.remedy.split()[0]) == ("work-limit", "10")
-    assert 0 < len(result.columns["time"]) < 1000
-
-
 def test_ideal_press_of_three_models_on_one_page():
     models = "reference,exudyn,pinocchio"
     main(["validate", str(SCENES / "ideal.toml"), "--models", models, "--out", "all"])
