@@ -114,7 +114,7 @@ def test_the_exponent_to_believe_is_that_of_the_smallest_distance_at_which_it_is
     [
         ([(2.0, 0.0), (1.0, 0.9)], [(2.0, 0.0)], Chaos.CHAOTIC),  # a bound above zero says nothing
         ([(2.0, 0.0)], [(2.0, 0.9)], Chaos.UNDECIDED),  # one model alone measures it
-        ([(2.0, 0.0), (0.1, 0.0)], [(2.0, 0.0)], Chaos.UNDECIDED),  # one interval holds zero
+        ([(0.1, 0.0)], [(2.0, 0.0)], Chaos.UNDECIDED),  # one interval holds zero
         ([(-2.0, 0.0), (-1.0, 0.9)], [(-2.0, 0.9)], Chaos.REGULAR),  # a bound below zero is enough
         ([], [], Chaos.UNDECIDED),
     ],

@@ -7,13 +7,10 @@ from itertools import product
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.optimize import brentq
 from scipy.stats import binom
 
 from comparison.models import MODELS
-from comparison.reliability.assessment import cap
 from comparison.scene import load_scene
-from comparison.scene.schema import Limits
 from comparison.studies.paper import claims, fitting, ledger, runs, study
 from comparison.studies.paper.claims import Verdict
 from comparison.studies.paper.ledger import Drawn, Interval, Size, Use
@@ -366,24 +363,6 @@ def test_draws_that_do_not_succeed_leave_their_reasons():
     assert "contact.poisson = 0.7 must" in first
 
 
-def test_one_limit_is_found_from_reliabilities_that_share_it():
-    """Of errors of such sizes that each printed reliability is that with a limit of 70."""
-    alike = motions([{(scene, "slider_ay"): 1.0 for scene in runs.SCENES}])
-    sizes = {}
-    for name, quantity, printed in ledger.printed_reliabilities():
-        own = alike.reliabilities[runs.scene_of(name), "reference"]["acceleration"]
-
-        def missing(size, own=own, printed=printed):
-            scaled = dataclasses.replace(own, mean=size * own.mean, deviation=size * own.deviation)
-            return runs.lacking(70.0, scaled).max() - (cap(Limits(upper=1.0)) - printed.value)
-
-        if quantity == "acceleration":
-            sizes[runs.scene_of(name)] = brentq(missing, 0.0, 70.0, xtol=1e-12)
-    made_up = motions([{(scene, "slider_ay"): size for scene, size in sizes.items()}])
-    # The search ends within 1e-5 of the logarithm.
-    assert ledger.one_limit(made_up, "acceleration") == pytest.approx(70.0, rel=1e-5)
-
-
 # ---- statements
 
 AS_THE_PAPER_SAYS = {
@@ -402,10 +381,6 @@ def short(sizes, chatter=0.0):
     acceleration = 20.0 * np.sin(angle) ** 5 + chatter * np.cos(40 * angle)
     units = {"slider_y": 1e-5, "slider_vy": 1e-3, "slider_ay": acceleration}
     return {(scene, channel): unit * size for scene, size in sizes.items() for channel, unit in units.items()}
-
-
-def noise(seed, size):
-    return size * np.random.default_rng(seed).standard_normal(CYCLES * SPARSE + 1)
 
 
 def wave(times=1):
@@ -427,36 +402,27 @@ def long(sizes, y, x):
     }
 
 
-def adverse(series):
-    """Motions that contradict the paper, with a series of the errors of y; the two models differ."""
-    errors = long(THE_OPPOSITE, series, 2e-4 * wave())
-    made_up = motions([short(THE_OPPOSITE)], errors, shape=np.cos)
-    other = motions([short({scene: 2 * size for scene, size in THE_OPPOSITE.items()})], shape=np.cos)
-    made_up.short.update({(scene, "exudyn"): other.short[scene, "exudyn"] for scene in runs.SCENES})
-    return made_up
+def solved(made_up, bare, stable):
+    """Runs of the paper's solver without stabilization and with it, by what part of the size of ours."""
+    size = runs.measure("F9-69-v", made_up, "reference", {}).value
+    # Of other tolerances than those without stabilization a run does not count.
+    settings = [(claims.BARE, True, bare * size), (10.0, True, stable * size), (10.0, False, 3.0 * size)]
+    solver = pd.DataFrame(settings, columns=["gain", "default", "value"]).assign(id="F9-69-v")
+    return dataclasses.replace(made_up, solver=solver)
 
 
 def test_every_statement_can_be_supported_and_can_be_contradicted_where_the_paper_says_how():
+    noise = np.random.default_rng(1).standard_normal((3, CYCLES * SPARSE + 1))
     favourable = motions(
         [short(AS_THE_PAPER_SAYS, chatter=5.0)],
-        long(AS_THE_PAPER_SAYS, wave() + noise(1, 0.02), 2e-4 * wave(4) + noise(2, 1e-5)),
+        long(AS_THE_PAPER_SAYS, wave() + 0.02 * noise[0], 2e-4 * wave(4) + 1e-5 * noise[1]),
         shape=lambda angle: np.sin(angle) ** 3,  # close to zero around the lowest point
     )
-    restless = adverse(noise(3, 1.0))
-    size = runs.measure("F9-69-v", favourable, "reference", {}).value
-    adverse_size = runs.measure("F9-69-v", restless, "reference", {}).value
-    for made_up, value, stable, bare in ((favourable, size, 1.1, 2.0), (restless, adverse_size, 2.0, 1.1)):
-        # Of other tolerances than those without stabilization a run does not count.
-        solver = pd.DataFrame(
-            {
-                "id": "F9-69-v",
-                "gain": [claims.BARE, 10.0, 10.0],
-                "default": [True, True, False],
-                "value": [bare * value, stable * value, 3.0 * value],
-            }
-        )
-        object.__setattr__(made_up, "solver", solver)
-    held, off = claims.judge_all(favourable), claims.judge_all(restless)
+    restless = motions([short(THE_OPPOSITE)], long(THE_OPPOSITE, noise[2], 2e-4 * wave()), shape=np.cos)
+    other = motions([short({scene: 2 * size for scene, size in THE_OPPOSITE.items()})], shape=np.cos)
+    restless.short.update({(scene, "exudyn"): other.short[scene, "exudyn"] for scene in runs.SCENES})
+    held = claims.judge_all(solved(favourable, bare=2.0, stable=1.1))
+    off = claims.judge_all(solved(restless, bare=1.1, stable=2.0))
     assert held["id"].nunique() == len(claims.CLAIMS) == 48
     decidable = {claim["id"] for claim in claims.CLAIMS if "reason" not in claim}
     odd = "reliability-speed-velocity"  # the paper's other statements on the speed contradict it
@@ -465,9 +431,6 @@ def test_every_statement_can_be_supported_and_can_be_contradicted_where_the_pape
         assert first[odd] == opposite
         assert set(first[list(decidable - {odd})]) == {said}
         assert set(first.drop(list(decidable))) == {Verdict.UNDECIDABLE}
-    assert set(held.loc[held["decides"], "what"]) == set(claims.CRITERIA)
-    # The stabilization is tried in neither model.
-    assert set(held.loc[held["what"] == "stabilized", "model"]) == {"BDF code"}
 
 
 @pytest.mark.parametrize(
@@ -495,10 +458,6 @@ def test_a_reliability_is_compared_at_every_limit_that_leaves_half_of_it(other, 
     claim = {"quantity": "velocity", "more": "300rpm-0.2mm", "less": CENTRAL}
     evidence, numbers = claims.less_reliable(motions([sizes]), "reference", claim)
     assert evidence["reliability"] == share
-    # From a second start, of 50 times the errors, one of four pairs says the opposite at nearly every limit.
-    starts = motions([sizes, {name: 50 * size for name, size in sizes.items()}])
-    of_pairs = claims.less_reliable(starts, "reference", claim)[0]["reliability"]
-    assert abs(of_pairs) < 1.0
     limits, unit = next(iter(numbers.values()))
     assert (unit, limits[-1]) == ("m/s", pytest.approx(10.0))
     # One half where the mean error of the worst of ten parts, 72 to 108 degrees, is half of the limit.
