@@ -69,11 +69,10 @@ def motions(changes=None, long=None, shape=np.sin):
     return runs.Runs(CONFIG, short, ideal, many, standard=usual)
 
 
-def spike(scene, time, size):
-    """An error that is zero but for three samples of two cycles."""
-    values = np.zeros(2 * DENSE + 1)
-    middle = round(time / load_scene(scene).period * DENSE)
-    values[middle - 1 : middle + 2] = size
+def spike(row, factor, phase):
+    """An error that is zero but for three samples of two cycles: there so many times what a row prints."""
+    values, middle = np.zeros(2 * DENSE + 1), round(phase * DENSE)
+    values[middle - 1 : middle + 2] = factor * abs(published(row).value)
     return values
 
 
@@ -92,17 +91,6 @@ def drawn(made_up, tried):
     return Drawn(frames, tried)
 
 
-def times(row, factor, at):
-    """A spike in the velocity of the scene of a row, of so many times the printed size."""
-    scene = runs.scene_of(row)
-    return {(scene, "slider_vy"): spike(scene, at, factor * abs(published(row).value))}
-
-
-def accelerations(factors):
-    """Errors of the acceleration: row -> by what part of the printed size."""
-    return {(runs.scene_of(row), "slider_ay"): published(row).value / part for row, part in factors.items()}
-
-
 FIRST, LATER = 3e-5, 1e-5  # errors of y in the first half of a cycle, and ever after
 LASTING = 1e-3  # error of the velocity
 
@@ -115,10 +103,13 @@ def world():
         return np.r_[np.full(per_cycle // 2, FIRST), np.full(size - per_cycle // 2, LATER)]
 
     motion = {
-        **times("F9-69-v", 1.3, at=0.79),  # inside with the solver's error
-        **times("F11-01-v", 1.3, at=0.9),  # inside with the form of the model
-        **times("F12-300-v", 1.3, at=0.3),  # outside, between both hypotheses
-        **accelerations({"F9-69-a": 1.5, "F7-R-a": 1.5, "F11-01-a": 1.0, "F11-05-a": 2.0}),
+        ("69GPa", "slider_vy"): spike("F9-69-v", 1.3, 1.98),  # inside with the solver's error
+        ("90rpm-0.1mm", "slider_vy"): spike("F11-01-v", 1.3, 1.35),  # inside with the form of the model
+        ("300rpm-0.2mm", "slider_vy"): spike("F12-300-v", 1.3, 1.5),  # outside, between both hypotheses
+        ("69GPa", "slider_ay"): published("F9-69-a").value / 1.5,
+        (runs.PIN, "slider_ay"): published("F7-R-a").value / 1.5,
+        ("90rpm-0.1mm", "slider_ay"): published("F11-01-a").value,
+        ("90rpm-0.5mm", "slider_ay"): published("F11-05-a").value / 2.0,
         (CENTRAL, "slider_y"): transient(2 * DENSE + 1, DENSE),
         (CENTRAL, "slider_vy"): np.full(2 * DENSE + 1, LASTING),
     }
@@ -129,14 +120,8 @@ def world():
     solver = pd.DataFrame([run | {"gain": gain, "value": 1.3 * peak} for gain in (claims.BARE, 10.0)])
     made_up = dataclasses.replace(made_up, solver=solver)
     printed = published("F11-01-v").value
-    tried = pd.DataFrame(
-        [
-            ("flores", True, 0.4 * printed, ""),
-            ("foundation", False, 9.0, ""),
-            ("sharp", False, 0.0, "refused"),
-        ],
-        columns=["variant", "counts", "change", "why"],
-    ).assign(id="F11-01-v", draws=2, median=printed)
+    forms = {"counts": [True, False], "variant": ["flores", "foundation"], "change": [0.4 * printed, 9.0]}
+    tried = pd.DataFrame(forms | {"id": "F11-01-v", "draws": 2, "median": printed, "why": ""})
     draws = drawn(made_up, tried)
     entries = ledger.ledger(made_up, draws, LIMITS)
     return made_up, draws, entries, ledger.judge(entries, draws)
@@ -433,35 +418,15 @@ def test_every_statement_can_be_supported_and_can_be_contradicted_where_the_pape
         assert set(first.drop(list(decidable))) == {Verdict.UNDECIDABLE}
 
 
-@pytest.mark.parametrize(
-    ("central", "soft", "later"),
-    [
-        ([1.0e-5, 1.1e-5], [2.0e-5, 2.1e-5], 0.5),  # in the first comparison alone
-        ([1e-5, 3e-5], [2e-5, 1e-5], 2.0),  # from one start alone
-        ([1.0e-5], [1.04e-5], 1.04),  # by little
-    ],
-)
-def test_a_larger_error_must_be_larger_in_both_comparisons_in_all_starts_and_by_more_than_little(
-    central, soft, later
-):
-    members = [
-        {(CENTRAL, "slider_y"): a, ("69GPa", "slider_y"): b} for a, b in zip(central, soft, strict=True)
-    ]
-    many = {CENTRAL: {"y": 1e-5 * wave()}, "69GPa": {"y": later * 1e-5 * wave()}}
-    claim = {"channel": "slider_y", "more": "69GPa", "less": CENTRAL}
-    assert claims.verdict(claims.larger(motions(members, many), "reference", claim)) is Verdict.UNDECIDED
-
-
 @pytest.mark.parametrize(("other", "share"), [(2.0, 1.0), (0.5, -1.0), (1.0, 0.0)])
 def test_a_reliability_is_compared_at_every_limit_that_leaves_half_of_it(other, share):
     sizes = {(CENTRAL, "slider_vy"): 1e-3, ("300rpm-0.2mm", "slider_vy"): other * 1e-3}
     claim = {"quantity": "velocity", "more": "300rpm-0.2mm", "less": CENTRAL}
     evidence, numbers = claims.less_reliable(motions([sizes]), "reference", claim)
     assert evidence["reliability"] == share
-    limits, unit = next(iter(numbers.values()))
-    assert (unit, limits[-1]) == ("m/s", pytest.approx(10.0))
     # One half where the mean error of the worst of ten parts, 72 to 108 degrees, is half of the limit.
     least = 2e-3 * max(other, 1.0) * np.sin(np.pi / 10) / (np.pi / 10)
+    limits, _ = next(iter(numbers.values()))
     assert 1.0 <= limits[0] / least < 10 ** (4 / 39)
 
 

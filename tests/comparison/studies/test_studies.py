@@ -13,19 +13,14 @@ import pandas as pd
 import pytest
 from installed import write_package
 
-from comparison.accuracy.uncertainty import Runs
 from comparison.cli import main
 from comparison.cli import study as reports
 from comparison.execution.pool import kept_workers
-from comparison.execution.run import Outcome
 from comparison.models import ROOT
 from comparison.report import svg
 from comparison.scene import shipped_scenes
 from comparison.studies import MOVED, NAMES, verdicts, write_study
 from comparison.studies.paper import MAIN, PARTS
-from comparison.studies.paper.laws import TOLERANCES, page, runs_frame
-from comparison.tables.table import Table
-from comparison.verdict.compare import compare
 
 OTHER_FILES = {
     "extremes": "cells.csv",
@@ -149,42 +144,3 @@ def test_a_study_that_is_a_part_now_says_so(name, capsys):
     study, _, part = MOVED[name].partition(" --part ")
     assert study in NAMES
     assert part in ("", *PARTS)
-
-
-def test_a_line_of_the_verdicts_marks_a_larger_difference(scene, make_table):
-    def compared(tier, apart):
-        sides = [
-            Runs(*(make_table(part * error) for part in (1, 0.25, 4, 4, 4))) for error in (1e-8, 1e-8 + apart)
-        ]
-        return compare(*sides, scene=scene, labels=("reference", "exudyn"), tier=tier)
-
-    # 1e-7 (1 + cos) sin of a clearance of 0.2 mm, at most 1.3 where the angle is 60 degrees; of the last
-    # one errors of some 1e-5 of that.
-    for apart, size in ((None, "n/a"), (1e-7, "2.6e-11 m"), (1e-5, "2.6e-09 m †")):
-        line = verdicts.row(replace(compared("standard", 1e-6), tight=apart and compared("tight", apart)))
-        assert (line["standard tier"], line[verdicts.X]) == ("**agree**", "2.6e-10 m")
-        assert line[f"{verdicts.X}, tight"] == size
-
-
-def test_a_refusal_and_a_run_that_stopped_are_shown_with_their_reason():
-    refused = Outcome("bad input", "contact.law = 'foundation' is not simulated")
-    partial = Table(
-        pd.DataFrame({"time": [0.0, 0.1], "energy_residual": [0.0, -5.0], "slider_x": [0.0, 1.0]}),
-        pd.DataFrame(
-            {"corner": ["ll"], "start": [0.0], "end": [0.1], "peak_force": [3.0], "largest_depth": [1e-6]}
-        ),
-        {"slider_vx": {"min": -2.0, "max": 1.0}},
-    )
-    stopped = Outcome("work-limit", "shorten drive.cycles", partial=partial)
-    results = {
-        (law, "reference", tolerance, 0.0): refused if law == "foundation" else stopped
-        for law, each in TOLERANCES.items()
-        for tolerance in each
-    }
-    frame = runs_frame(results).drop_duplicates("law").set_index("law")
-    assert (frame["spurious_energy_J"]["hertz-corners"], frame["speed_of_x_m/s"]["hertz-corners"]) == (5, 2)
-    assert pd.isna(frame["force_N"]["foundation"])
-    hertz, foundation, *literal = page(results)["runs"].splitlines()[2:]
-    assert hertz.endswith("| work-limit at 0.1000 s |")
-    assert foundation.endswith("| not simulated: contact.law = 'foundation' is not simulated |")
-    assert len(literal) == 4

@@ -40,12 +40,9 @@ def test_other_code_replaces_one_place_of_the_present_sources():
         assert fault.new in seeded.changed(fault)  # which refuses what is there twice, or not any more
 
 
-def test_every_fault_is_tried_at_the_tiers_that_run_it_and_only_a_wrong_number_changes_the_scene():
+def test_every_fault_is_tried_in_its_model_and_only_a_wrong_number_changes_the_scene():
     tried = trials(FAULTS)
-    counts = Counter((fault.kind, task.faulty, task.tier) for task, fault in tried)
-    assert len(tried) == sum(counts.values()) == 144
-    assert counts["number", "exudyn", "standard"] == counts["table", "reference", "tight"] == 0
-    assert counts["number", "exudyn", "tight"] == counts["number", "reference", "standard"] > 0
+    assert len(tried) == 144
     for task, fault in tried:
         assert task.scene == scenes(task.tier)[fault.scene]
         faulty, other = sorted(MODELS, key=lambda model: model != task.faulty)
