@@ -11,7 +11,9 @@ PAGES = sorted((ROOT / "docs").glob("*.md"))
 FENCE = re.compile(r"^```([^\n`]*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 
 
-@pytest.mark.parametrize("page", [*PAGES, ROOT / "CONTRIBUTING.md"], ids=lambda page: page.name)
+@pytest.mark.parametrize(
+    "page", [*PAGES, ROOT / "CONTRIBUTING.md", ROOT / "README.md"], ids=lambda page: page.name
+)
 def test_no_paragraph_is_longer_than_80_words_and_no_cell_than_30(page):
     for block in re.split(r"\n\s*\n", FENCE.sub("", page.read_text("utf-8"))):
         if block.lstrip().startswith("|"):

@@ -10,7 +10,10 @@ from pathlib import Path
 
 import pytest
 
+# What the plugin imports where it is used: pytest inside pytest forgets what it has imported itself.
+from comparison.report import page  # noqa: F401
 from comparison.tables.table_files import write
+from comparison.verdict import recorded  # noqa: F401
 
 ROOT = Path(str(files("comparison"))).parent
 TEXT = (ROOT / "docs" / "ci.md").read_text("utf-8")
@@ -43,8 +46,7 @@ def _plain(monkeypatch):
 
 
 def run(pytester, *options, **outcomes):
-    """Run pytest in a process of its own: numpy cannot be imported twice in one."""
-    inner = pytester.runpytest_subprocess("-p", "comparison.pytest_plugin", "-W", "error", *options)
+    inner = pytester.runpytest_inprocess("-p", "comparison.pytest_plugin", "-W", "error", *options)
     inner.assert_outcomes(**outcomes)
     return inner.stdout.str()
 

@@ -11,30 +11,11 @@ from comparison.studies.extremes.study import AXES, HYPERCUBE, LAWS, PAIRS, Clas
 pytestmark = pytest.mark.usefixtures("own_cache")
 
 EVERY_CELL = cells(study.STUDY.full.axes, study.STUDY.full.points)
-RANGES = {
-    "clearance.slider": (1e-9, 5e-3),
-    "drive.speed_rpm": (1.0, 6000.0),
-    "contact.youngs_modulus": (1e6, 1e13),
-    "contact.youngs_modulus.guide": (1e6, 1e13),
-    "contact.restitution": (0.0, 1.0),
-    "contact.corner_radius": (1e-6, 1.0),
-    "contact.damping": (0.0, 1e6),
-    "load.force": (1.0, 1e5),
-    "friction.coefficient": (0.0, 2.0),
-    "environment.gravity": (-9.81, 98.1),
-    "drive.cycles": (10.0, 10_000.0),
-    "solver.exudyn.step": (1e-7, 1e-2),
-    "solver.reference.tolerance": (1e-16, 1.0),
-}
 
 
-def test_each_cell_is_there_once_and_the_stated_ranges_are_reached():
+def test_each_cell_is_there_once_and_has_its_law():
     assert max(Counter((cell.axis, cell.label, cell.law) for cell in EVERY_CELL).values()) == 1
     assert {cell.axis for cell in EVERY_CELL} == {*AXES, HYPERCUBE}
-    for key, ends in RANGES.items():
-        values = [float(cell.changes[key]) for cell in EVERY_CELL if key in cell.changes]
-        values = [value for value in values if key != "drive.speed_rpm" or value > 0]
-        assert (min(values), max(values)) == pytest.approx(ends, rel=0.05, abs=0.01 * ends[1])
     assert {cell.law for cell in EVERY_CELL} == {*LAWS}
     models = {cell.changes.get("contact.damping_model") for cell in EVERY_CELL if cell.axis == HYPERCUBE}
     assert models == {None, *study.DAMPING_MODELS}
@@ -67,12 +48,8 @@ def test_the_class_of_a_comparison_is_its_worst_run_or_its_verdict(statuses, kin
 def test_some_cells_for_real():
     """An ordinary one, one that cannot be assembled, and one without time to run."""
     wanted = [("base", "as shipped"), ("edge of assembly", "rod 2 0.5 m")]
-    usual, long = (
-        next(cell for cell in EVERY_CELL if (cell.axis, cell.label) == place).scene.with_values(
-            PAIRS["smallest"]
-        )
-        for place in wanted
-    )
+    scenes = {(cell.axis, cell.label): cell.scene for cell in reversed(EVERY_CELL)}
+    usual, long = (scenes[place].with_values(PAIRS["smallest"]) for place in wanted)
     rows = run_pairs([PairRun(usual), PairRun(long), PairRun(usual, 1e-6)], 1, None)
     assert [classify(row) for row in rows] == [Class.AGREE, Class.REFUSED, Class.NOT_TESTED]
     assert rows[0]["coverage"] > 0.9

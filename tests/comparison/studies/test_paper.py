@@ -1,19 +1,17 @@
 """Printed numbers and statements of the paper: how they are judged, on made-up motions with known errors."""
 
 import dataclasses
+import re
 from itertools import product
 
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.optimize import brentq
 from scipy.stats import binom
 
 from comparison.models import MODELS
-from comparison.reliability.assessment import cap
 from comparison.scene import load_scene
-from comparison.scene.schema import Limits
-from comparison.studies.paper import claims, fitting, ledger, runs
+from comparison.studies.paper import claims, fitting, ledger, runs, study
 from comparison.studies.paper.claims import Verdict
 from comparison.studies.paper.ledger import Drawn, Interval, Size, Use
 from comparison.studies.paper.runs import CENTRAL
@@ -25,7 +23,6 @@ CYCLES, DENSE, SPARSE = 12, 200, 50
 CONFIG = runs.Config(DENSE, SPARSE, CYCLES, CYCLES, draws=2, long_draws=1)
 LIMITS = {"displacement": 2.0, "velocity": 1.0, "acceleration": 120.0}
 SUPPORTED, CONTRADICTED = Verdict.SUPPORTED, Verdict.CONTRADICTED
-UNTRIED = pd.DataFrame({"id": [], "counts": np.array([], dtype=bool), "change": []})
 
 
 def table(period, cycles, per_cycle, y=0.0, x=0.0, vy=0.0, ay=0.0, events=()):
@@ -72,11 +69,10 @@ def motions(changes=None, long=None, shape=np.sin):
     return runs.Runs(CONFIG, short, ideal, many, standard=usual)
 
 
-def spike(scene, time, size):
-    """An error that is zero but for three samples of two cycles."""
-    values = np.zeros(2 * DENSE + 1)
-    middle = round(time / load_scene(scene).period * DENSE)
-    values[middle - 1 : middle + 2] = size
+def spike(row, factor, phase):
+    """An error that is zero but for three samples of two cycles: there so many times what a row prints."""
+    values, middle = np.zeros(2 * DENSE + 1), round(phase * DENSE)
+    values[middle - 1 : middle + 2] = factor * abs(published(row).value)
     return values
 
 
@@ -85,30 +81,50 @@ def ordered(count):
     return np.linspace(-1, 1, count + 2)[1:-1]
 
 
-def drawn(made_up, spread=0.1, tried=UNTRIED, **changed):
-    """Draws about what the reference shows, uniform by a share of its size; without gravity half of it.
-
-    ``changed``: id -> fields of `Shown` of all draws.
-    """
-    frames = {}
-    for hypothesis, factor in zip(runs.HYPOTHESES, (1.0, 0.5), strict=True):
-        frames[hypothesis] = {}
-        for name in runs.numbers().index:
-            shown = runs.measure(name, made_up, "reference", LIMITS)._asdict()
-            shown |= changed.get(name.replace("-", "_"), {})
-            frame = pd.DataFrame([shown] * 41)
-            scale = factor * (1 + spread * ordered(41))
-            frame[["value", "other"]] = frame[["value", "other"]].mul(scale, axis=0)
-            frames[hypothesis][name] = frame
+def drawn(made_up, tried):
+    """Draws that are all equal: what the reference shows, without gravity half of it."""
+    frames = {hypothesis: {} for hypothesis in runs.HYPOTHESES}
+    for name in runs.numbers().index:
+        shown = pd.DataFrame([runs.measure(name, made_up, "reference", LIMITS)._asdict()] * 41)
+        frames["gravity"][name] = shown
+        frames["none"][name] = shown.assign(value=shown["value"] / 2, other=shown["other"] / 2)
     return Drawn(frames, tried)
 
 
-def judged(made_up, draws=None):
-    """The ledger, and its judgements by (id, hypothesis)."""
-    draws = drawn(made_up) if draws is None else draws
+FIRST, LATER = 3e-5, 1e-5  # errors of y in the first half of a cycle, and ever after
+LASTING = 1e-3  # error of the velocity
+
+
+@pytest.fixture(scope="module")
+def world():
+    """One made-up world: its runs, draws, ledger and judgements, each number with a fate of its own."""
+
+    def transient(size, per_cycle):
+        return np.r_[np.full(per_cycle // 2, FIRST), np.full(size - per_cycle // 2, LATER)]
+
+    motion = {
+        ("69GPa", "slider_vy"): spike("F9-69-v", 1.3, 1.98),  # inside with the solver's error
+        ("90rpm-0.1mm", "slider_vy"): spike("F11-01-v", 1.3, 1.35),  # inside with the form of the model
+        ("300rpm-0.2mm", "slider_vy"): spike("F12-300-v", 1.3, 1.5),  # outside, between both hypotheses
+        ("69GPa", "slider_ay"): published("F9-69-a").value / 1.5,
+        (runs.PIN, "slider_ay"): published("F7-R-a").value / 1.5,
+        ("90rpm-0.1mm", "slider_ay"): published("F11-01-a").value,
+        ("90rpm-0.5mm", "slider_ay"): published("F11-05-a").value / 2.0,
+        (CENTRAL, "slider_y"): transient(2 * DENSE + 1, DENSE),
+        (CENTRAL, "slider_vy"): np.full(2 * DENSE + 1, LASTING),
+    }
+    many = CYCLES * SPARSE + 1
+    made_up = motions([motion], {CENTRAL: {"y": transient(many, SPARSE), "vy": np.full(many, LASTING)}})
+    peak = runs.measure("F9-69-v", made_up, "reference", LIMITS).value
+    run = {"id": "F9-69-v", "relative": 1e-3, "absolute": 1e-6, "default": True, "inside": True, "draw": 0}
+    solver = pd.DataFrame([run | {"gain": gain, "value": 1.3 * peak} for gain in (claims.BARE, 10.0)])
+    made_up = dataclasses.replace(made_up, solver=solver)
+    printed = published("F11-01-v").value
+    forms = {"counts": [True, False], "variant": ["flores", "foundation"], "change": [0.4 * printed, 9.0]}
+    tried = pd.DataFrame(forms | {"id": "F11-01-v", "draws": 2, "median": printed, "why": ""})
+    draws = drawn(made_up, tried)
     entries = ledger.ledger(made_up, draws, LIMITS)
-    rows = ledger.judge(entries, draws).set_index(["id", "hypothesis"])
-    return entries, rows
+    return made_up, draws, entries, ledger.judge(entries, draws)
 
 
 # ---- printed numbers
@@ -193,92 +209,106 @@ def test_one_draw_against_all_printed_sizes_and_what_random_sizes_give():
     assert ledger.joint(sizes, printed, range(8)).draws == 49
 
 
-def test_hypotheses_are_judged_apart_and_nothing_lies_between_them():
-    printed = published("F9-69-v")
-    made_up = motions([{("69GPa", "slider_vy"): spike("69GPa", printed.time, 1.5 * printed.value)}])
-    entries, rows = judged(made_up)
-    # Draws 1.35 to 1.65 and 0.675 to 0.825 times the print: a hull of both would hold it.
-    assert set(rows.loc["F9-69-v", "size"]) == {Size.OUTSIDE}
-    assert entries.loc["F9-69-v", "use"] == Use.PREDICTION
+def test_each_printed_number_has_its_use_and_is_judged_under_each_hypothesis(world):
+    _, _, entries, judged = world
+    rows = judged.set_index(["id", "hypothesis"])
+    # Draws of 1.3 and 0.65 times the print: a hull of both would hold it.
+    assert set(rows.loc["F12-300-v", "size"]) == {Size.OUTSIDE}
+    assert entries.loc["F12-300-v", "use"] == Use.PREDICTION
     uses = entries["use"].value_counts()
     assert (uses[Use.PREDICTION], uses[Use.CALIBRATION], uses[Use.MISPRINT]) == (24, 18, 2)
     uninformative = set(entries.index[entries["use"] == Use.UNINFORMATIVE])
     assert uninformative == {"F16-01-d", "F16-05-d", "F17-150-d", "F17-300-d"}
     one, other = ledger.events(entries.loc[["F9-210-d", "F10-33-d"]])
     assert one == other
-    assert not {"F7-T-d", "F14c-y", *uninformative} & set(rows.index.get_level_values("id"))
+    assert not {"F7-T-d", "F14c-y", *uninformative} & set(judged["id"])
     assert entries.loc["F7-T-v", "ids"] == "F7-T-v, F9-210-v, F10-28-v, F12-150-v"
     lengths = {name for name in entries.index if name.endswith("-d")} - uninformative
     assert set(entries.index[entries["bound"].notna()]) == lengths
 
 
-def test_the_papers_solver_and_the_form_of_the_model_widen_the_interval():
-    printed = abs(published("F9-69-v").value)
-    made_up = motions([{("69GPa", "slider_vy"): spike("69GPa", 0.79, 1.3 * printed)}])
-    setting = {"relative": 1e-3, "absolute": 1e-6, "gain": 10.0, "default": True}
-    solver = pd.DataFrame([{"id": "F9-69-v", **setting, "value": 1.3 * printed * 1.3}])
-    # Of two forms one counts.
-    tried = pd.DataFrame({"id": ["F9-69-v"] * 2, "counts": [True, False], "change": [0.4 * printed, 9.0]})
-    for own, forms, size, key, share in (
-        (made_up, UNTRIED, Size.OUTSIDE, "u_print", 0.0),
-        # 0.3 of our size
-        (dataclasses.replace(made_up, solver=solver), UNTRIED, Size.INSIDE, "u_D", 0.39),
-        (made_up, tried, Size.FORM, "u_model", 0.4),
+def test_solver_form_and_corner_radius_widen_the_interval(world):
+    _, _, entries, judged = world
+    rows = judged[judged["hypothesis"] == "gravity"].set_index("id")
+    # 0.3 of our size, and the change by the form that counts
+    for row, size, key, part in (
+        ("F9-69-v", Size.INSIDE, "u_D", 0.39),
+        ("F11-01-v", Size.FORM, "u_model", 0.4),
+        ("F12-300-v", Size.OUTSIDE, "u_print", 0.0),
     ):
-        entries, rows = judged(own, drawn(made_up, tried=forms))
-        assert rows.loc[("F9-69-v", "gravity"), "size"] == size
-        assert entries.loc["F9-69-v", key] == pytest.approx(share * printed, abs=1e-3 * printed)
+        printed = entries.loc[row, "printed_size"]
+        assert rows.loc[row, "size"] == size
+        assert entries.loc[row, key] == pytest.approx(part * printed, abs=3e-3 * printed)
+    # A radius up to 60 / 4 times as large changes a peak by 15^0.2 = 1.7; at the pin is no corner.
+    likely = {"F9-69-a": True, "F7-R-a": False, "F11-01-a": True, "F11-05-a": False}
+    assert rows.loc[list(likely), "likely"].to_dict() == likely
+    assert rows.index[rows.index.isin(list(likely)) & rows["without"]].tolist() == ["F11-01-a"]
 
 
-def test_printed_instants_are_tested_as_they_are_and_a_period_earlier():
-    row, made_up = "F12-300-v", motions()
-    size, time, period = published(row).value, published(row).time, load_scene("300rpm-0.2mm").period
-    entries = ledger.ledger(made_up, drawn(made_up), LIMITS)
+def test_a_range_of_the_first_cycle_alone_is_told_from_a_lasting_one(world):
+    made_up, _, _, judged = world
+    shown = runs.measure("F14e-y2", made_up, "reference", {})
+    assert (shown.value, shown.other) == pytest.approx((FIRST, LATER))
+    assert shown.missed == pytest.approx(0.0, abs=1e-15)
+    rows = judged[judged["hypothesis"] == "gravity"].set_index("id")
+    assert rows.loc["F14e-y2", ["transient", "later"]].tolist() == pytest.approx([1.0, LATER])
+    assert rows.loc["F14e-vy2", ["transient", "later"]].tolist() == pytest.approx([0.0, LASTING])
+
+
+def test_printed_instants_are_tested_as_they_are_and_a_period_earlier(world):
+    _, draws, entries, _ = world
+    row, scene = "F12-300-v", "300rpm-0.2mm"
+    size, time, period = published(row).value, published(row).time, load_scene(scene).period
+
+    def tested(name, **shown):
+        frames = draws.by_hypothesis["gravity"]
+        changed = draws._replace(by_hypothesis={"gravity": frames | {name: frames[name].assign(**shown)}})
+        return ledger.instants(entries, changed).set_index("id")
+
     before = {"other_time": time - period}
     for shown, shares in (
         ({"value": -size, "time": 0.3, "other": size}, (0.0, 1.0, 1.0)),
         ({"value": size, "time": time, "other": -2 * size}, (1.0, 0.0, 0.0)),
     ):
-        result = ledger.instants(entries, drawn(made_up, F12_300_v=shown | before))
-        own = result.set_index(["id", "hypothesis"]).loc[(row, "gravity")]
+        own = tested(row, **shown | before).loc[row]
         assert tuple(own[["share", "shifted", "sized"]]) == shares
         assert own["random"] == 0.0  # it is no chance for itself
-    # All that the paper prints.
-    assert result.groupby("unit")["id"].nunique().to_dict() == {"s": 32, "deg": 12}
     # Of five other conditions one has such a peak at that phase and of that sign; a near copy of a
     # condition does not count, nor does it count for that condition.
     phase = time / period * load_scene(CENTRAL).period
-    for changed, ids in (("F7_T_v", {row: 0.2, "F10-33-v": 0.0}), ("F10_33_v", {row: 0.0, "F7-T-v": 0.0})):
-        draws = drawn(made_up, **{changed: {"value": size, "time": phase}})
-        result = ledger.instants(entries, draws).set_index(["id", "hypothesis"])
-        assert {name: result.loc[(name, "gravity"), "random"] for name in ids} == ids
+    for changed, ids in (("F7-T-v", {row: 0.2, "F10-33-v": 0.0}), ("F10-33-v", {row: 0.0, "F7-T-v": 0.0})):
+        result = tested(changed, value=size, time=phase)
+        assert result.loc[list(ids), "random"].to_dict() == ids
+    # All that the paper prints.
+    assert result["unit"].value_counts().to_dict() == {"s": 32, "deg": 12}
 
 
-@pytest.mark.parametrize(("factor", "inside"), [(1.5, True), (1.0, True), (2.0, False)])
-def test_a_likely_range_of_the_corner_radius_scales_the_accelerations_drawn(factor, inside):
-    # All draws are equal; a radius up to 60 / 4 times as large changes a peak by 15^0.2 = 1.7.
-    rows = {"F9-69-a": "69GPa", "F7-R-a": runs.PIN}
-    sizes = {(scene, "slider_ay"): published(row).value / factor for row, scene in rows.items()}
-    made_up = motions([sizes])
-    _, shown = judged(made_up, drawn(made_up, spread=0.0))
-    within = {row: tuple(shown.loc[(row, "gravity"), ["without", "likely"]]) for row in rows}
-    exact = factor == 1.0
-    assert within == {"F9-69-a": (exact, inside), "F7-R-a": (exact, exact)}  # at the pin is no corner
-
-
-@pytest.mark.parametrize(("size", "later"), [(3e-5, 1e-5), (1e-5, 1e-5)])
-def test_a_range_of_the_first_cycle_alone_is_told_from_a_lasting_one(size, later):
-    errors = np.full(CYCLES * SPARSE + 1, later)
-    errors[: SPARSE // 2] = size
-    dense = np.r_[np.full(DENSE // 2, size), np.full(2 * DENSE + 1 - DENSE // 2, later)]
-    made_up = motions([{(CENTRAL, "slider_y"): dense}], {CENTRAL: {"y": errors}})
-    shown = runs.measure("F14e-y2", made_up, "reference", {})
-    assert (shown.value, shown.other) == pytest.approx((size, later))
-    assert shown.missed == pytest.approx(0.0, abs=1e-15)
-    _, rows = judged(made_up)
-    shown = rows.loc[("F14e-y2", "gravity")]
-    assert shown["transient"] == (size > later)
-    assert later < shown["later"] < 1.1 * later  # a spread of the draws of 10 %
+def test_the_page_counts_what_its_tables_say(world, tmp_path):
+    made_up, draws, entries, judged = world
+    pin = made_up.short[runs.PIN, "reference"][0]
+    pin.frame[["journal_x", "journal_y", "reaction_A_x", "reaction_A_y"]] = 1e-4
+    pins, adams = (dict.fromkeys(MODELS, each) for each in (pin, made_up.short[CENTRAL, "exudyn"][0]))
+    made_up = dataclasses.replace(made_up, pin=pins, adams=adams)
+    times = pd.concat([ledger.instants(entries, draws, each).assign(reach=each) for each in study.REACHES])
+    results = study.Results(
+        made_up, entries, judged, times.reset_index(drop=True), ledger.joints(entries, draws),
+        draws.tried, LIMITS, claims.judge_all(made_up),
+    )  # fmt: skip
+    text = study.STUDY.report(results, tmp_path).read_text("utf-8")
+    assert not re.search(r"\{\w*\}|\bnan\b", text)
+    predicted = judged[judged["id"].isin(entries.index[entries["use"] == Use.PREDICTION])]
+    gravity, none = (
+        [own["without"].sum(), own["size"].isin([Size.INSIDE, Size.WIDE]).sum()]
+        for _, own in predicted.groupby("hypothesis")
+    )
+    summary = " ".join(text.split("\n\n")[1].split())
+    assert (
+        f" {gravity[0]} would lie in our intervals (95 % of draws) with gravity, {none[0]} without; "
+        in summary
+    )
+    # The acceleration at 150 rpm is printed with either sign.
+    assert "of 20 printed peak instants" in summary
+    assert {path.name for path in tmp_path.glob("*.svg")} == set(re.findall(r"\]\(([\w-]+\.svg)\)", text))
 
 
 # ---- what is drawn
@@ -318,24 +348,6 @@ def test_draws_that_do_not_succeed_leave_their_reasons():
     assert "contact.poisson = 0.7 must" in first
 
 
-def test_one_limit_is_found_from_reliabilities_that_share_it():
-    """Of errors of such sizes that each printed reliability is that with a limit of 70."""
-    alike = motions([{(scene, "slider_ay"): 1.0 for scene in runs.SCENES}])
-    sizes = {}
-    for name, quantity, printed in ledger.printed_reliabilities():
-        own = alike.reliabilities[runs.scene_of(name), "reference"]["acceleration"]
-
-        def missing(size, own=own, printed=printed):
-            scaled = dataclasses.replace(own, mean=size * own.mean, deviation=size * own.deviation)
-            return runs.lacking(70.0, scaled).max() - (cap(Limits(upper=1.0)) - printed.value)
-
-        if quantity == "acceleration":
-            sizes[runs.scene_of(name)] = brentq(missing, 0.0, 70.0, xtol=1e-12)
-    made_up = motions([{(scene, "slider_ay"): size for scene, size in sizes.items()}])
-    # The search ends within 1e-5 of the logarithm.
-    assert ledger.one_limit(made_up, "acceleration") == pytest.approx(70.0, rel=1e-5)
-
-
 # ---- statements
 
 AS_THE_PAPER_SAYS = {
@@ -354,10 +366,6 @@ def short(sizes, chatter=0.0):
     acceleration = 20.0 * np.sin(angle) ** 5 + chatter * np.cos(40 * angle)
     units = {"slider_y": 1e-5, "slider_vy": 1e-3, "slider_ay": acceleration}
     return {(scene, channel): unit * size for scene, size in sizes.items() for channel, unit in units.items()}
-
-
-def noise(seed, size):
-    return size * np.random.default_rng(seed).standard_normal(CYCLES * SPARSE + 1)
 
 
 def wave(times=1):
@@ -379,36 +387,27 @@ def long(sizes, y, x):
     }
 
 
-def adverse(series):
-    """Motions that contradict the paper, with a series of the errors of y; the two models differ."""
-    errors = long(THE_OPPOSITE, series, 2e-4 * wave())
-    made_up = motions([short(THE_OPPOSITE)], errors, shape=np.cos)
-    other = motions([short({scene: 2 * size for scene, size in THE_OPPOSITE.items()})], shape=np.cos)
-    made_up.short.update({(scene, "exudyn"): other.short[scene, "exudyn"] for scene in runs.SCENES})
-    return made_up
+def solved(made_up, bare, stable):
+    """Runs of the paper's solver without stabilization and with it, by what part of the size of ours."""
+    size = runs.measure("F9-69-v", made_up, "reference", {}).value
+    # Of other tolerances than those without stabilization a run does not count.
+    settings = [(claims.BARE, True, bare * size), (10.0, True, stable * size), (10.0, False, 3.0 * size)]
+    solver = pd.DataFrame(settings, columns=["gain", "default", "value"]).assign(id="F9-69-v")
+    return dataclasses.replace(made_up, solver=solver)
 
 
 def test_every_statement_can_be_supported_and_can_be_contradicted_where_the_paper_says_how():
+    noise = np.random.default_rng(1).standard_normal((3, CYCLES * SPARSE + 1))
     favourable = motions(
         [short(AS_THE_PAPER_SAYS, chatter=5.0)],
-        long(AS_THE_PAPER_SAYS, wave() + noise(1, 0.02), 2e-4 * wave(4) + noise(2, 1e-5)),
+        long(AS_THE_PAPER_SAYS, wave() + 0.02 * noise[0], 2e-4 * wave(4) + 1e-5 * noise[1]),
         shape=lambda angle: np.sin(angle) ** 3,  # close to zero around the lowest point
     )
-    restless = adverse(noise(3, 1.0))
-    size = runs.measure("F9-69-v", favourable, "reference", {}).value
-    adverse_size = runs.measure("F9-69-v", restless, "reference", {}).value
-    for made_up, value, stable, bare in ((favourable, size, 1.1, 2.0), (restless, adverse_size, 2.0, 1.1)):
-        # Of other tolerances than those without stabilization a run does not count.
-        solver = pd.DataFrame(
-            {
-                "id": "F9-69-v",
-                "gain": [claims.BARE, 10.0, 10.0],
-                "default": [True, True, False],
-                "value": [bare * value, stable * value, 3.0 * value],
-            }
-        )
-        object.__setattr__(made_up, "solver", solver)
-    held, off = claims.judge_all(favourable), claims.judge_all(restless)
+    restless = motions([short(THE_OPPOSITE)], long(THE_OPPOSITE, noise[2], 2e-4 * wave()), shape=np.cos)
+    other = motions([short({scene: 2 * size for scene, size in THE_OPPOSITE.items()})], shape=np.cos)
+    restless.short.update({(scene, "exudyn"): other.short[scene, "exudyn"] for scene in runs.SCENES})
+    held = claims.judge_all(solved(favourable, bare=2.0, stable=1.1))
+    off = claims.judge_all(solved(restless, bare=1.1, stable=2.0))
     assert held["id"].nunique() == len(claims.CLAIMS) == 47
     decidable = {claim["id"] for claim in claims.CLAIMS if "reason" not in claim}
     for rows, said in ((held, SUPPORTED), (off, CONTRADICTED)):
@@ -446,14 +445,9 @@ def test_a_reliability_is_compared_at_every_limit_that_leaves_half_of_it(other, 
     claim = {"quantity": "velocity", "more": "300rpm-0.2mm", "less": CENTRAL}
     evidence, numbers = claims.less_reliable(motions([sizes]), "reference", claim)
     assert evidence["reliability"] == share
-    # From a second start, of 50 times the errors, one of four pairs says the opposite at nearly every limit.
-    starts = motions([sizes, {name: 50 * size for name, size in sizes.items()}])
-    of_pairs = claims.less_reliable(starts, "reference", claim)[0]["reliability"]
-    assert abs(of_pairs) < 1.0
-    limits, unit = next(iter(numbers.values()))
-    assert (unit, limits[-1]) == ("m/s", pytest.approx(10.0))
     # One half where the mean error of the worst of ten parts, 72 to 108 degrees, is half of the limit.
     least = 2e-3 * max(other, 1.0) * np.sin(np.pi / 10) / (np.pi / 10)
+    limits, _ = next(iter(numbers.values()))
     assert 1.0 <= limits[0] / least < 10 ** (4 / 39)
 
 

