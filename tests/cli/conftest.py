@@ -155,9 +155,9 @@ def make(tmp_path_factory):
     return lambda: Sixbar(tmp_path_factory.mktemp("here"), variables, site)
 
 
-@pytest.fixture(scope="module", autouse=True)
+@pytest.fixture(scope="package", autouse=True)
 def _workers():
-    """The workers of a command serve the next ones of its file."""
+    """The workers of a command serve the next ones."""
     with kept_workers():
         yield
 

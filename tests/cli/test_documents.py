@@ -1,50 +1,35 @@
 """Blocks of pages of docs/ that belong to no other test, run as a reader would run them."""
 
 import os
-import re
-import shlex
 import shutil
 import subprocess
 import sys
 import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
+from doc_pages import ROOT, block, commands
 
-ROOT = Path(__file__).parents[2]
 TIME = np.arange(2001) * 1e-3
 SHORT = '[scene]\nextends = "150rpm-0.2mm"\n[drive]\ncycles = 0.02\n[output]\ngroups = []\n'
-
-
-def block(page, language, number=0):
-    text = (ROOT / "docs" / page).read_text("utf-8")
-    return re.findall(rf"^```{language}\n(.*?)^```", text, re.DOTALL | re.MULTILINE)[number]
-
-
-def commands(page, number=0):
-    """Return the arguments of each line of a block."""
-    lines = [shlex.split(line) for line in block(page, "sh", number).splitlines()]
-    assert all(words[0] == "sixbar" for words in lines)
-    return [words[1:] for words in lines]
 
 
 @pytest.mark.slow
 def test_the_commands_of_the_page_on_accuracy(sixbar):
     sixbar.write("mine.toml", SHORT)
     for number, out in ((0, "mine.csv"), (1, "mine.svg")):
-        (words,) = commands("accuracy.md", number)
+        (words,) = commands("docs/accuracy.md", number)
         sixbar(*words)
         assert out in sixbar.files()
 
 
 def test_the_scene_of_its_page_runs_and_takes_a_workpiece(sixbar):
-    sixbar.write("aluminium.toml", block("scenes.md", "toml"))
-    _, *others = commands("scenes.md")
+    sixbar.write("aluminium.toml", block("docs/scenes.md", "toml"))
+    _, *others = commands("docs/scenes.md")
     assert [words[0] for words in others] == ["run", "validate"]
     for words in others:
         sixbar(*words, "--set", "drive.cycles=0.01")
-    sixbar.write("pressed.toml", f'[scene]\nextends = "aluminium.toml"\n{block("scenes.md", "toml", 1)}')
+    sixbar.write("pressed.toml", f'[scene]\nextends = "aluminium.toml"\n{block("docs/scenes.md", "toml", 1)}')
     assert sixbar("plan", "pressed.toml").err == ""  # that a load has no effect would be a warning
 
 
@@ -53,14 +38,14 @@ def test_the_comparisons_of_the_page_on_tables(sixbar):
     for name, error in (("a", 1e-9), ("b", -1e-9), ("a-fine", 2.5e-10), ("b-fine", -2.5e-10)):
         sixbar.table(f"{name}.csv", time=10 * TIME, y=np.sin(9 * TIME) + error * np.cos(5 * TIME))
     for number in (1, 2):
-        (words,) = commands("foreign-tables.md", number)
+        (words,) = commands("docs/foreign-tables.md", number)
         assert "a-fine.csv" in words
         sixbar(*words)
-    gate = sixbar.write("gate.toml", block("foreign-tables.md", "toml", 3))
+    gate = sixbar.write("gate.toml", block("docs/foreign-tables.md", "toml", 3))
     sixbar("compare", "a.csv", "b.csv", "--mapping", gate)
     sixbar.table("c.csv", time=10 * TIME, y=1.01 * np.sin(9 * TIME))
     sixbar("compare", "a.csv", "c.csv", "--mapping", gate, code=1)
-    (words,) = commands("foreign-tables.md", 3)
+    (words,) = commands("docs/foreign-tables.md", 3)
     phase = 5 * np.pi * TIME
     columns = {"slider_y": 0.1 * np.sin(phase), "slider_vy": 0.5 * np.pi * np.cos(phase)}
     for name in ("matlab.mat", "adams.tab", "ideal.mat"):  # a file is recognised by its content
@@ -69,32 +54,28 @@ def test_the_comparisons_of_the_page_on_tables(sixbar):
     assert "0.99865" in sixbar(*words, code=3).out  # a difference without finer runs is undecided
 
 
-def test_the_rating_of_another_package_on_the_page_on_tables(tmp_path, monkeypatch):
+def test_the_rating_of_another_package_on_the_page_on_tables(sixbar, monkeypatch):
     pytest.importorskip("objective_rating_metrics")
-    monkeypatch.chdir(tmp_path)
+    monkeypatch.chdir(sixbar.folder)
     for name in ("a.csv", "b.csv"):
-        rows = np.column_stack([TIME, np.sin(TIME)])
-        np.savetxt(name, rows, delimiter=",", header="time,slider_x", comments="")
-    exec(block("foreign-tables.md", "python"), {})  # our own text
+        sixbar.table(name, time=TIME, slider_x=np.sin(TIME))
+    exec(block("docs/foreign-tables.md", "python"), {})  # our own text
 
 
 def test_the_entry_point_and_the_settings_of_the_page_on_engines():
-    points = tomllib.loads(block("engine.md", "toml"))["project"]["entry-points"]["sixbar.models"]
+    points = tomllib.loads(block("docs/engine.md", "toml"))["project"]["entry-points"]["sixbar.models"]
     assert points == {"mine": "my_press:simulate"}
     names = {"simulate": lambda: None}
-    exec(block("engine.md", "python", 1), names)  # our own text
+    exec(block("docs/engine.md", "python", 1), names)  # our own text
     assert names["simulate"].settings == {"tolerance": 1e-10}
-
-
-PACKAGES = ("sixbar", "comparison", "reference_model", "exudyn_model")
 
 
 @pytest.fixture
 def changed(tmp_path):
     """The packages with the change of the page on contact laws, in a folder of their own."""
-    for name in PACKAGES:
+    for name in ("sixbar", "comparison", "reference_model", "exudyn_model"):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
-    (tmp_path / "approach.diff").write_text(block("contact-law.md", "diff"), "utf-8")
+    (tmp_path / "approach.diff").write_text(block("docs/contact-law.md", "diff"), "utf-8")
     subprocess.run(["git", "apply", "approach.diff"], cwd=tmp_path, check=True)
     return tmp_path
 
@@ -107,41 +88,10 @@ def test_the_change_of_the_page_on_contact_laws_fits_the_sources(changed):
 @pytest.mark.slow
 def test_the_law_of_the_page_on_contact_laws_is_one_of_both_models(changed, sixbar):
     """It compiles both models anew; a slip in one of them would be a difference."""
-    (changed / "mine.toml").write_text(block("contact-law.md", "toml"), "utf-8")
-    (words,) = commands("contact-law.md")
+    (changed / "mine.toml").write_text(block("docs/contact-law.md", "toml"), "utf-8")
+    (words,) = commands("docs/contact-law.md")
     environment = os.environ | sixbar.environment | {"PYTHONPATH": str(changed), "COLUMNS": "80"}
     environment |= {"NUMBA_CACHE_DIR": str(changed / "cache")}
-    done = subprocess.run(
-        [sys.executable, "-m", "comparison", *words],
-        cwd=changed,
-        env=environment,
-        capture_output=True,
-        text=True,
-    )
+    command = [sys.executable, "-m", "comparison", *words]
+    done = subprocess.run(command, cwd=changed, env=environment, capture_output=True, text=True)
     assert (done.returncode, "The scene mine agrees." in done.stdout) == (0, True), done.stdout + done.stderr
-
-
-JUDGE = """
-import sys
-import numpy as np, pandas as pd, sixbar
-
-def decay(tolerance, start):
-    t = np.linspace(0, 1, 101)
-    return pd.DataFrame({"time": t, "y": np.exp(-t) * (1 + start[0] + 1e-3 * tolerance)})
-
-if __name__ == "__main__":
-    result = sixbar.judge(decay, decay, tolerance=(1e-7, 1e-8), states=1)
-    result.report("report.html")
-    print(result.verdict, *sorted({name.partition(".")[0] for name in sys.modules}))
-"""
-
-
-def test_the_judge_loads_neither_a_model_nor_a_compiler(sixbar):
-    """As index.md says; it names the packages that an installation brings."""
-    sixbar.write("decays.py", JUDGE)
-    options = {"cwd": sixbar.folder, "capture_output": True, "text": True, "check": True}
-    verdict, *loaded = subprocess.run([sys.executable, "decays.py"], **options).stdout.split()
-    assert verdict == "agree"
-    assert not {"exudyn", "numba", "llvmlite", "reference_model", "exudyn_model"} & set(loaded)
-    index = (ROOT / "docs" / "index.md").read_text("utf-8")
-    assert all(f"`{name}`" in index for name in PACKAGES)

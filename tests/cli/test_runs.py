@@ -6,14 +6,10 @@ import shlex
 
 import pytest
 
-from comparison.scene import load_scene
+from sixbar import load_scene
 
 SHORT = ["--set", "drive.cycles=0.02", "--set", "output.samples_per_cycle=2000", "-q"]
 MOTION = ["slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega"]
-SCENES = [
-    "150rpm-0.2mm", "300rpm-0.2mm", "69GPa", "69GPa-slider", "90rpm-0.1mm", "90rpm-0.5mm", "adams-impact",
-    "both-clearances", "crank-pin", "ideal", "poisson-0.33", "surface", "wedge", "workpiece",
-]  # fmt: skip
 COMMANDS = [
     "scenes", "channels", "keys", "new", "plan", "run", "settings", "validate", "compare", "plot", "animate",
     "gate", "study",
@@ -22,8 +18,8 @@ COMMANDS = [
 
 def columns(sixbar, name):
     with (sixbar.folder / name).open(newline="") as file:
-        heading, *rows = csv.reader(file)
-    return dict(zip(heading, zip(*(map(float, row) for row in rows), strict=True), strict=True))
+        rows = list(csv.DictReader(file))
+    return {name: [float(row[name]) for row in rows] for name in rows[0]}
 
 
 def test_help_and_version(sixbar):
@@ -32,8 +28,7 @@ def test_help_and_version(sixbar):
         assert all(f" {command} " in out for command in COMMANDS)
         assert "Exit codes: 0 agree; 1 differ" in out
     assert sixbar("--version").out.startswith("sixbar-crossval ")
-    for command in COMMANDS:
-        assert "Usage: sixbar " in sixbar(command, "-h").out
+    assert all("Usage: sixbar " in sixbar(command, "-h").out for command in COMMANDS)
 
 
 def test_scenes_and_channels(sixbar):
@@ -44,7 +39,7 @@ def test_scenes_and_channels(sixbar):
         return {each.pop("name"): each for each in listed}
 
     by_name = printed("scenes")
-    assert list(by_name)[: len(SCENES)] == SCENES  # linkages follow
+    assert [*by_name][:2] == ["150rpm-0.2mm", "300rpm-0.2mm"]  # linkages follow
     assert by_name["90rpm-0.5mm"]["clearance"] == {"slider": 5e-4}
     assert by_name["crank-pin"]["clearance"] == {"crank_pin": 2e-4}
     assert (by_name["300rpm-0.2mm"]["speed_rpm"], by_name["surface"]["cycles"]) == (300, 0.3)
@@ -58,10 +53,8 @@ def test_scenes_and_channels(sixbar):
 
 def test_keys_are_those_of_a_scene_and_found_by_name_or_description(sixbar):
     known = {key["name"]: key for key in json.loads(sixbar("keys", "--json").out)}
-    assert known["clearance.slider"] | {"description": ""} == {
-        "name": "clearance.slider", "unit": "m", "bounds": ">= 0", "default": 2e-4, "source": "Sec. 4",
-        "description": "",
-    }  # fmt: skip
+    expected = {"unit": "m", "bounds": ">= 0", "default": 2e-4, "source": "Sec. 4"}
+    assert known["clearance.slider"].items() >= expected.items()
     for pattern in ("FRICTION", "centre of mass"):  # of a name, of a description
         lines = sixbar("keys", pattern).lines
         assert max(map(len, lines)) <= 80
@@ -72,9 +65,9 @@ def test_keys_are_those_of_a_scene_and_found_by_name_or_description(sixbar):
 
 
 def test_a_new_scene_is_the_one_it_was_made_from_until_it_is_changed(sixbar):
-    own = '[scene]\nextends = "wedge"\n[contact]\nyoungs_modulus = { slider = 2e9, guide = 3.3e9 }\n'
-    sixbar.write("deep/own.toml", own)
-    ways = [["--from", name] for name in (*SCENES, "paper", "deep/own.toml")]
+    contact = "[contact]\nyoungs_modulus = { slider = 2e9, guide = 3.3e9 }\n"
+    sixbar.write("deep/own.toml", f'[scene]\nextends = "wedge"\n{contact}')
+    ways = [["--from", name] for name in ("workpiece", "crank-pin", "paper", "deep/own.toml")]
     for number, way in enumerate([[], *ways]):
         path = f"other/{number}.toml"
         assert sixbar("new", path, *way).out == f"{path}\n"
@@ -110,11 +103,6 @@ def test_a_plan_names_what_is_changed_integrated_and_left_out(sixbar):
         assert all(f"\n{model}: " in ended.out for model in ("reference", "exudyn"))
         assert ended.out.count("contact at the crank pin: joints.crank_pin is ideal") == 2
         assert ended.err == ""
-    moduli = (f"--set=contact.youngs_modulus={value}" for value in ("69e9", "70e9"))
-    plans = [sixbar("plan", "150rpm-0.2mm", "--set=output.groups=[]", each).lines[0] for each in moduli]
-    names = {plan.partition(":")[0] for plan in plans}
-    assert len(names) == 2
-    assert all(name.startswith("150rpm-0.2mm+") and "[" not in name for name in names)  # names of files
     err = sixbar("plan", "150rpm-0.2mm", "--set", "initial.slider_offset=3e-4").err
     assert err.startswith("sixbar: warning: initial.slider_offset = 0.0003 m")  # it starts in the wall
     assert err.count("\n") == 1
@@ -130,9 +118,7 @@ def test_a_scene_extends_others_and_is_changed_last(sixbar):
     sixbar(*run, *(f"--set={change}" for change in changes))
     scene = sixbar.json("x.json")["scene"]
     assert (scene["drive"]["speed_rpm"], scene["drive"]["cycles"]) == (-75, 0.02)
-    assert (scene["clearance"]["slider"], scene["output"]["groups"]) == (1e-4, [])
-    # The paper's own numbers came all the way.
-    assert (scene["mechanism"]["crank"]["length"], scene["contact"]["restitution"]) == (0.045, 0.9)
+    assert (scene["clearance"]["slider"], scene["contact"]["restitution"]) == (1e-4, 0.9)
     # Samples at exact multiples of T / n: of 0.8 s by 1000, to the last digit that is written.
     assert columns(sixbar, "x.csv")["time"] == pytest.approx([k * 0.8 / 1000 for k in range(21)], rel=1e-15)
 
@@ -164,7 +150,7 @@ def test_both_models_and_both_formats_agree(runs):
 
 def test_a_run_names_the_files_that_it_wrote_the_table_last(sixbar):
     home = {"HOME": str(sixbar.folder), "USERPROFILE": str(sixbar.folder)}
-    ended = sixbar("run", "ideal", "--model", "exudyn", "--out", "~/deep/x.parquet", *SHORT, **home)
+    ended = sixbar("run", "ideal", "--model", "reference", "--out", "~/deep/x.parquet", *SHORT, **home)
     assert ended.err == ""
     written = {str(sixbar.folder / name) for name in sixbar.files() if not name.endswith("/")}
     assert set(ended.lines) == written > {ended.lines[-1]}
@@ -173,9 +159,7 @@ def test_a_run_names_the_files_that_it_wrote_the_table_last(sixbar):
 
 SETTINGS = {
     "--model exudyn --accuracy strict": {"step": 5e-7},
-    "--model exudyn --formulation tree --accuracy draft": {"formulation": "tree", "tolerance": 1e-7},
     "--model reference --formulation multiplier": {"formulation": "multiplier"},
-    "--model reference --set solver.reference.tolerance=1e-7": {"tolerance": 1e-7},
 }
 
 
@@ -184,8 +168,7 @@ def test_settings_reach_the_model(options, sixbar):
     ended = sixbar("run", "150rpm-0.2mm", "--out", "x.csv", *SHORT, *options.split())
     record = sixbar.json("x.json")
     assert record["scene"]["solver"][record["model"]].items() >= SETTINGS[options].items()
-    assert ("expected: " in ended.out) == ("--accuracy" in options)
-    assert ("accuracy" in record) == ("--accuracy" in options)
+    assert ("expected: " in ended.out) == ("accuracy" in record) == ("--accuracy" in options)
 
 
 SLIDE = ["run", "150rpm-0.2mm", "--model", "reference", "--out", "x.csv", *SHORT]
@@ -199,8 +182,6 @@ def test_an_accuracy_in_metres_is_estimated_by_further_runs(sixbar):
     expected = {"wanted_m": 1e-8, "kept": True, "limit": None, "coverage": 1.0, "until_s": None}
     assert sixbar.json("x.json")["accuracy"].items() >= expected.items()
     assert max(columns(sixbar, "x.csv")["slider_x_u"]) <= 1e-8
-    # What is no channel is ignored by a comparison, and can be drawn.
-    sixbar("compare", "x.csv", "x.csv", "--tolerance", "1e-9")
     sixbar("plot", "x.csv", "--channels", "slider_x,slider_x_u")
     assert "1e-18 m is not reachable" in sixbar(*SLIDE, "--accuracy", "1e-18", code=3).out
     record = sixbar.json("x.json")["accuracy"]
@@ -208,23 +189,15 @@ def test_an_accuracy_in_metres_is_estimated_by_further_runs(sixbar):
     assert record["limit"] in ("the finest setting errs more", "neighbouring trajectories diverge")
     assert len(columns(sixbar, "x.csv")["time"]) == 41  # the best one
     # Nobody measured this scene: it says how to find out.
-    assert "--check" in sixbar(*SLIDE).err
     assert "estimate it by --check" in sixbar(*SLIDE, "--accuracy", "draft").out
-    assert sixbar.json("x.json")["accuracy"] == {
-        "wanted": "draft", "from": "not measured on this scene", "bound_m": None, "over_cycles": 1.0,
-    }  # fmt: skip
+    assert sixbar.json("x.json")["accuracy"]["from"] == "not measured on this scene"
     assert "estimated error of slider_x" in sixbar(*SLIDE, "--check").out
 
 
 PARTIAL = {"x.partial.csv", "x.partial.events.csv", "x.partial.json"}
-FAILURES = {
-    "fail": (2, "newton-failed; try a smaller step", PARTIAL),
+FAILURES = {  # others are those of `validate`
     "violate": (2, "invariant-violated; open-depth: ", PARTIAL),
-    "refuse": (2, "is not simulated yet", set()),
     "nan": (2, "slider_vy is nan in data row 8", set()),
-    "more": (2, "channel slider_z is unexpected", set()),
-    "arrays": (2, "extrema or provenance: Object of type ndarray is not JSON serializable", set()),
-    "nothing": (2, "columns must be a dict, not NoneType", set()),
     "exit": (70, "its process ended with code 4", set()),
     "die": (70, "its process ended with code 3", set()),
     "bug": (70, "RuntimeError: index out of range", {"x.traceback.txt"}),
@@ -259,7 +232,7 @@ def test_pictures_of_tables(runs):
     for out, start in (("x.png", b"\x89PNG"), ("x.pdf", b"%PDF"), ("x.svg", b"<svg")):
         assert runs("plot", "a.csv", "b.csv", "--out", out, *window).lines == [out]
         assert start in (runs.folder / out).read_bytes()[:2000]
-    assert runs("plot", "a.csv").lines == ["a.svg"]
+    assert runs("plot", "a.csv", "--channels", "slider_x").lines == ["a.svg"]
     assert runs("animate", "a.csv", "b.csv").lines == ["a-b.html"]
     page = runs.text("a-b.html")
     assert "<script" in page
@@ -267,6 +240,7 @@ def test_pictures_of_tables(runs):
     assert runs("animate", "a.csv", "--scene", "150rpm-0.2mm", "--out", "c.html").lines == ["c.html"]
 
 
+@pytest.mark.slow
 def test_the_settings_that_are_recommended_run(sixbar):
     # Every setting is tried: so much time is never needed.
     ended = sixbar("settings", "ideal", "--seconds", "600", "--out", "deep/w.svg", *SHORT)
@@ -287,16 +261,16 @@ def test_a_study_writes_a_page(sixbar):
 
 
 def test_a_sweep_over_a_grid_a_list_or_a_latin_hypercube(sixbar):
-    def swept(out, *options, models="alpha,beta"):
+    def swept(out, *options):
         """Run a sweep and return what it said, and the rows of its table."""
-        command = ["study", "sweep", sixbar.press("one"), "--model", models, "--jobs", "1", "-q"]
-        ended = sixbar(*command, "--output", "end:slider_x", *options, "--out", out)
+        command = ["study", "sweep", sixbar.press("one"), "--jobs", "1", "-q", "--output", "end:slider_x"]
+        ended = sixbar(*command, *options, "--out", out)
         assert ended.lines[-1] == f"{out}/sweep.csv"
         return ended.err, list(csv.DictReader(sixbar.text(f"{out}/sweep.csv").splitlines()))
 
     options = ["--grid", "drive.speed_rpm=100,200", "--grid", "friction.coefficient=0.1,-1"]
-    options += ["--output", "contacts"]
-    err, rows = swept("grid", *options, models="alpha")
+    options += ["--output", "contacts", "--model", "alpha"]
+    err, rows = swept("grid", *options)
     assert "2 of 4 runs" in err
     points = [(float(row["drive.speed_rpm"]), float(row["friction.coefficient"])) for row in rows]
     assert points == [(100, 0.1), (100, -1), (200, 0.1), (200, -1)]
@@ -304,13 +278,13 @@ def test_a_sweep_over_a_grid_a_list_or_a_latin_hypercube(sixbar):
     assert "friction.coefficient = -1" in rows[1]["message"]
     assert "\n" not in rows[1]["message"]
     assert (float(rows[0]["contacts"]), rows[1]["contacts"]) == (1, "")
-    assert swept("grid", *options, models="alpha")[1] == rows  # resumed
+    assert swept("grid", *options)[1] == rows  # resumed
     sixbar.write("list.csv", "drive.speed_rpm,clearance.slider\n100,1e-4\n120,2e-4\n")
-    _, rows = swept("listed", "--list", "list.csv")
+    _, rows = swept("listed", "--list", "list.csv", "--model", "alpha,beta")
     names = "point,drive.speed_rpm,clearance.slider,model,status,message,end:slider_x"
     assert (",".join(rows[0]), len(rows)) == (names, 2 * 2)
-    latin = ["--latin", "drive.speed_rpm=100:200", "--points", "3", "--seed"]
+    latin = ["--latin", "drive.speed_rpm=100:200", "--points", "3", "--model", "alpha", "--seed"]
     drawn = [swept(f"latin{n}", *latin, seed)[1] for n, seed in enumerate("112")]
     assert drawn[0] == drawn[1] != drawn[2]
-    speeds = sorted({float(row["drive.speed_rpm"]) for row in drawn[0]})
+    speeds = sorted(float(row["drive.speed_rpm"]) for row in drawn[0])
     assert [int((speed - 100) // (100 / 3)) for speed in speeds] == [0, 1, 2]  # one in each third

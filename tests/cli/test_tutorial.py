@@ -4,19 +4,12 @@ import contextlib
 import io
 import re
 import shlex
-from pathlib import Path
 
 import pytest
+from doc_pages import block, blocks
 
-DOCS = Path(__file__).parents[2] / "docs"
 CONSOLE = r"^\$ sixbar (.*?)\n(.*?)(?:^\$ echo \$\?\n(\d+)\n)?(?=^\$ |\Z)"  # command, output, exit code
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
-
-
-def steps(page):
-    """Return the language and the text of the blocks of a page."""
-    text = (DOCS / page).read_text("utf-8")
-    return re.findall(r"^```(toml|sh|console|python|text)\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
 
 
 def require(shown, printed):
@@ -36,7 +29,7 @@ def require(shown, printed):
 def test_the_outputs_are_those_of_the_page(sixbar, monkeypatch):
     monkeypatch.chdir(sixbar.folder)
     scope, printed, commands = {}, "", 0
-    for language, text in steps("tutorial.md"):
+    for language, text in blocks("docs/tutorial.md"):
         if language == "toml":
             sixbar.write("press.toml", text)
         elif language == "python":
@@ -53,13 +46,11 @@ def test_the_outputs_are_those_of_the_page(sixbar, monkeypatch):
     assert commands == 9
 
 
-def test_the_linkages_of_their_page_run_as_printed(sixbar, monkeypatch):
-    monkeypatch.chdir(sixbar.folder)
+def test_the_linkages_of_their_page_run_as_printed(sixbar):
     files, commands = ["bar.toml", "worn.toml"], 0
-    for language, text in steps("linkages.md"):
+    for language, text in blocks("docs/linkages.md"):
         if language == "toml":
             sixbar.write(files.pop(0), text)
-            continue
         for command, shown, code in re.findall(CONSOLE, text, re.DOTALL | re.MULTILINE):
             ended = sixbar(*shlex.split(command), code=int(code or 0), COLUMNS="80")
             require(shown, ended.err.strip() if code else ended.out)
@@ -68,9 +59,8 @@ def test_the_linkages_of_their_page_run_as_printed(sixbar, monkeypatch):
 
 
 def test_the_scene_of_its_page_is_planned_and_its_mistake_refused_as_printed(sixbar):
-    blocks = dict(reversed(list(steps("scenes.md"))))  # of each language the first
-    sixbar.write("aluminium.toml", blocks["toml"])
-    (command,) = (line for line in blocks["sh"].splitlines() if " plan " in line)
+    sixbar.write("aluminium.toml", block("docs/scenes.md", "toml"))
+    (command,) = (line for line in block("docs/scenes.md", "sh").splitlines() if " plan " in line)
     assert "69 on 210 GPa" in sixbar(*shlex.split(command)[1:]).out
-    ((command, shown, _),) = re.findall(CONSOLE, blocks["console"], re.DOTALL | re.MULTILINE)
+    ((command, shown, _),) = re.findall(CONSOLE, block("docs/scenes.md", "console"), re.DOTALL | re.MULTILINE)
     assert sixbar(*shlex.split(command), code=2).err == shown
