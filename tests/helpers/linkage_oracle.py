@@ -255,11 +255,11 @@ def solve(scene, tolerance=1e-13):
 
 
 class Run:
-    """A motion on its way: its step, and its smallest singular value over that of the start."""
+    """A motion on its way: its step; least singular value over that of the start, now and in the step."""
 
     def __init__(self, linkage, driven, tolerance):
         self.linkage, self.driven, self.tolerance = linkage, driven, tolerance
-        self.last, self.step = 1.0, None
+        self.before, self.last, self.step = 1.0, 1.0, None
         self.initial = linkage.rank(linkage.place(linkage.x[linkage.k]))
 
     def derivative(self, _, state):
@@ -307,16 +307,16 @@ class Run:
             except LostError:
                 return 0.0
 
-        grid = np.linspace(t0, t1, 6)
-        values = [sigma(t) for t in grid]
+        grid = np.linspace(t0, t1, 4)
+        values = [self.before, *map(sigma, grid[1:])]
         k = int(np.argmin(values))
         low, when = values[k], grid[k]
         if low < 0.1:
-            bounds = grid[max(k - 1, 0)], grid[min(k + 1, 5)]
+            bounds = grid[max(k - 1, 0)], grid[min(k + 1, 3)]
             best = minimize_scalar(sigma, bounds=bounds, method="bounded", options={"xatol": 1e-13})
             if best.fun < low:
                 low, when = best.fun, best.x
-        self.last = low
+        self.last, self.before = low, values[-1]
         if low >= SINGULAR:
             return None
         # At the end of a step it falls on, linearly, to a zero ahead.
