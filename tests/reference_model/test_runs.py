@@ -95,6 +95,17 @@ def test_scenes_outside_the_model_are_refused_in_one_line(scene, changes, messag
     assert METHOD not in changes or all(f"'{name}'" in str(caught.value) for name in SCIPY_METHODS)
 
 
+def test_a_corner_pressed_deep_into_a_wall_is_stiff_and_an_implicit_method_integrates_it(run):
+    """A start wedged at 0.5 rad, at rest: the damping counts by the floor of the impact speed, 1e-4 m/s."""
+    wedged = {"initial.slider_offset": 0.0, "initial.slider_angle": 0.5, "drive.cycles": 0.02}
+    implicit = run(wedged, {METHOD: "LSODA"})
+    assert implicit.provenance["counters"]["steps"] < 1000
+    # It creeps out of the wedge: both corners are still inside, and less deep.
+    angle = implicit.columns["slider_angle"]
+    assert np.all(np.diff(angle) < 0.0)
+    assert angle[-1] > 0.1
+
+
 @pytest.mark.parametrize("name", EACH)
 def test_what_is_asked_for_beyond_the_motion_does_not_change_it(run, name):
     """Motion, its extrema and the contacts, where nothing else is computed and where everything is."""
