@@ -12,7 +12,6 @@ ORDERS = [
     ({}, [8e-6, 4e-6, 2e-6, 1e-6], METHODS[0], 0.25, 5e-9),
     ({}, [8e-6, 4e-6, 2e-6, 1e-6], METHODS[1], 0.3, 5e-9),
     (FOUNDATION, [5e-7, 2.5e-7, 1.25e-7], METHODS[0], 0.2, 4e-7),
-    (FOUNDATION, [5e-7, 2.5e-7, 1.25e-7], METHODS[1], 0.2, 4e-7),
 ]
 
 

@@ -1,7 +1,7 @@
-"""Minimal-coordinate programs for linkages with clearances, and the contact law of docs/model.md, section 6.
+"""A minimal-coordinate program for linkages with clearances, and the contact law of docs/model.md, section 6.
 
 `Bodies` takes as many of the bodies' coordinates for independent as a pose leaves free; the loops give the
-others by Newton's method. `SliderCrank` has equations written out. Contact acts by its virtual power,
+others by Newton's method. Contact acts by its virtual power,
 -F_n rate + F_t slip, hence by the rows that give rate and slip from the velocities. Touches and separations
 are zeros of gaps on DOP853's dense output, integrated to again; there the integration starts anew.
 """
@@ -99,7 +99,7 @@ class March:
             return np.full(len(state), np.nan)
         forces = [contact.force(*gap) for contact, gap in zip(self.contacts, look.gaps, strict=True)]
         change, power, heat = self.system.accelerate(look, forces)
-        (normal, slid, elastic), (_, rate, slip) = np.transpose(forces), np.transpose(look.gaps)
+        (normal, slid, elastic), (_, rate, slip) = (np.reshape(x, (-1, 3)).T for x in (forces, look.gaps))
         sums = [power, heat + (normal - elastic) @ rate, -slid @ slip, *normal]
         return np.concatenate([state[len(change) : 2 * len(change)], change, sums])
 
@@ -206,7 +206,6 @@ class Bodies:
         self.tight = [name for name in self.tight if name not in scene["clearance"]]
         start = SimpleNamespace(t=0.0, pose=pose, velocity=velocity)
         self.start = self.look(0.0, *self.begin(start))
-        self.stored = self.energies(self.start)
 
     def ends(self, joint):
         """Return body and point, from its centroid, of both ends of a joint."""
@@ -444,10 +443,8 @@ class Bodies:
         for name, (spring, span, rates) in zip(scene["spring"], self.springs(look), strict=True):
             row[f"{name}.force"] = tension(spring, span, rates @ look.velocity)
         fallen = scene["environment"]["gravity"] * self.mass[1::3] @ (self.start.pose - look.pose)[1::3]
-        stored = self.energies(look)
-        residual = sums[0] + fallen - sums[1] - sums[2] - sum(stored.values()) + sum(self.stored.values())
-        row |= stored | {"energy_drive": sums[0], "energy_damping": sums[1], "energy_friction": sums[2]}
-        return row | {"energy_gravity": fallen, "energy_residual": residual}
+        row |= {"energy_drive": sums[0], "energy_damping": sums[1], "energy_friction": sums[2]}
+        return row | self.energies(look) | {"energy_gravity": fallen}
 
 
 def split(pose, velocity):
@@ -466,71 +463,3 @@ def velocity_row(row, b, way, arm):
     row[3 * b] += way.real
     row[3 * b + 1] += way.imag
     row[3 * b + 2] += dot(way, 1j * arm)
-
-
-class SliderCrank:
-    """A slider-crank with its guide along x, centroids of rods on their axes, the slider pinned at its own.
-
-    Its coordinates are the rods' angles, and the slider's angle (guide loose) or travel (crank pin loose).
-    """
-
-    def __init__(self, scene):
-        self.scene, self.contacts = scene, contacts_of(scene)
-        rods = [scene["body"][name] for name in ("crank", "rod")]
-        self.m, self.J = ([body[key] for body in scene["body"].values()] for key in ("mass", "inertia"))
-        (self.L1, self.c1), (self.L2, self.c2) = ((rod["length"], rod["centroid"][0]) for rod in rods)
-        self.O, self.height = complex(*scene["pin"]["O"]["point"]), 1j * scene["guide"]["G"]["point"][1]
-        self.loose, self.rate = "G" in scene["clearance"], scene["drive"].get("speed_rpm", 0.0) * math.pi / 30
-        self.free = [1, 2] if self.rate else [0, 1, 2]
-        start = Bodies(scene).start
-        k = [2, 5, 8 if self.loose else 6]
-        self.angle, z, dz = start.pose[2], start.pose[k], start.velocity[k]
-        self.start = self.look(0.0, z[self.free], dz[self.free])
-
-    def begin(self, look):
-        return look.z[self.free], look.dz[self.free]
-
-    def look(self, t, z, dz):
-        if self.rate:
-            z, dz = np.append(self.angle + self.rate * t, z), np.append(self.rate, dz)
-        u1, u2 = self.L1 * cmath.exp(1j * z[0]), self.L2 * cmath.exp(1j * z[1])
-        look = SimpleNamespace(t=t, z=z, dz=dz, gaps=[], rows=[])
-        for contact in self.contacts:
-            row, gap = contact.clearance, contact.clearance["size"]
-            if self.loose:
-                along, side = CORNERS[contact.name[2:]]
-                arm = cmath.exp(1j * z[2]) * complex(along * row["length"], side * row["width"]) / 2
-                depth = side * (self.O + u1 + u2 + arm - self.height).imag - row["width"] / 2 - gap
-                rows = [[side * x.real for x in (u1, u2, arm)], [-x.imag for x in (u1, u2, arm)]]
-            else:
-                e = self.O + u1 + u2 - z[2] - self.height
-                n, depth, bearing = e / abs(e) if e else 1 + 0j, abs(e) - gap, row["journal_radius"] + gap
-                rows = [[dot(way, x) for x in (1j * u1, 1j * u2, -1)] for way in (n, 1j * n)]
-                rows[1][0] += bearing - abs(e)
-                rows[1][1] -= bearing
-            look.rows.append(np.array(rows))
-            look.gaps.append((depth, *(look.rows[-1] @ dz)))
-        return look
-
-    def accelerate(self, look, forces):
-        (one, two, _), (w1, w2, _), (m1, m2, m3), (J1, J2, J3) = look.z, look.dz, self.m, self.J
-        L1, I1, g = self.L1, J1 + m1 * self.c1**2, self.scene["environment"]["gravity"]
-        if self.loose:
-            S, I2 = m2 * self.c2 + m3 * self.L2, J2 + m2 * self.c2**2 + m3 * self.L2**2
-            tied, swing = L1 * S * math.cos(one - two), L1 * S * math.sin(one - two)
-            M = np.array([[I1 + (m2 + m3) * L1**2, tied, 0], [tied, I2, 0], [0, 0, J3]])
-            weight = (m1 * self.c1 + (m2 + m3) * L1) * math.cos(one)
-            Q = np.array([-swing * w2**2 - g * weight, swing * w1**2 - g * S * math.cos(two), 0])
-        else:
-            S, I2 = m2 * (self.L2 - self.c2), J2 + m2 * (self.L2 - self.c2) ** 2
-            M = np.array([[I1, 0, 0], [0, I2, S * math.sin(two)], [0, S * math.sin(two), m2 + m3]])
-            Q = np.array(
-                [-g * m1 * self.c1 * math.cos(one), g * S * math.cos(two), -S * math.cos(two) * w2**2]
-            )
-        Q[0] += drive_torque(self.scene["drive"], one)
-        for (normal, slid, _), (row, along) in zip(forces, look.rows, strict=True):
-            Q += slid * along - normal * row
-        return np.linalg.solve(M[np.ix_(self.free, self.free)], Q[self.free]), 0.0, 0.0
-
-    def sample(self, look, _):
-        return dict(enumerate(look.z))

@@ -225,10 +225,6 @@ class Motion:
     columns: dict
     outcome: str
     time: float
-    turns: int
-    """Changes of the coordinate: at each a link comes near a dead position."""
-    lowest: float
-    """Smallest singular value of the constraints over that of the start."""
 
 
 def times(scene):
@@ -255,15 +251,15 @@ def solve(scene, tolerance=1e-13):
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     columns["energy_gravity"] = columns["energy_gravity"][0] - columns["energy_gravity"]
     columns["time"] = grid[: len(rows)]
-    return Motion(columns, "regular" if end is None else "singular", end or grid[-1], run.turns, run.lowest)
+    return Motion(columns, "regular" if end is None else "singular", end or grid[-1])
 
 
 class Run:
-    """A motion on its way: step, coordinate, smallest singular value."""
+    """A motion on its way: its step; least singular value over that of the start, now and in the step."""
 
     def __init__(self, linkage, driven, tolerance):
         self.linkage, self.driven, self.tolerance = linkage, driven, tolerance
-        self.turns, self.lowest, self.last, self.step = 0, 1.0, 1.0, None
+        self.before, self.last, self.step = 1.0, 1.0, None
         self.initial = linkage.rank(linkage.place(linkage.x[linkage.k]))
 
     def derivative(self, _, state):
@@ -299,7 +295,6 @@ class Run:
             if not self.driven and moved[k] > 3 * moved[linkage.k]:
                 slope = place.dx[k]
                 linkage.k, linkage.dx, self.step = k, place.dx / slope, None
-                self.turns += 1
                 return solver.t, np.array([place.x[k], solver.y[1] * slope, *solver.y[2:]]), None
         return solver.t, solver.y, end
 
@@ -312,16 +307,16 @@ class Run:
             except LostError:
                 return 0.0
 
-        grid = np.linspace(t0, t1, 6)
-        values = [sigma(t) for t in grid]
+        grid = np.linspace(t0, t1, 4)
+        values = [self.before, *map(sigma, grid[1:])]
         k = int(np.argmin(values))
         low, when = values[k], grid[k]
         if low < 0.1:
-            bounds = grid[max(k - 1, 0)], grid[min(k + 1, 5)]
+            bounds = grid[max(k - 1, 0)], grid[min(k + 1, 3)]
             best = minimize_scalar(sigma, bounds=bounds, method="bounded", options={"xatol": 1e-13})
             if best.fun < low:
                 low, when = best.fun, best.x
-        self.lowest, self.last = min(self.lowest, low), low
+        self.last, self.before = low, values[-1]
         if low >= SINGULAR:
             return None
         # At the end of a step it falls on, linearly, to a zero ahead.

@@ -1,4 +1,4 @@
-"""Both models against a minimal program on random linkages, and that program against the bodies' balance."""
+"""Both models against a minimal program on random linkages."""
 
 import copy
 import functools
@@ -9,7 +9,7 @@ import re
 import numpy as np
 import pytest
 from linkage_oracle import balance, solve
-from random_linkages import CASES, KINDS, scene
+from random_linkages import KINDS, scene
 
 REFINED = {"reference_model": ("reference", "tolerance", 0.01), "exudyn_model": ("exudyn", "step", 0.5)}
 """The setting of a model's second run, and its factor."""
@@ -21,8 +21,11 @@ together, Exudyn at steps of 1 us.
 """
 FORCES = "reaction_x reaction_y force"
 QUANTITIES = ["x y", "angle", "vx vy", "omega", "ax ay", "alpha", FORCES, "moment torque", "energy"]
-# A change point, a lock and a smooth motion of each kind, by speed, freely, by torques and their tables.
-FEW = [(kind, i) for k, kind in enumerate(KINDS) for i in (5 * k, 5 * k + 3, 5 * k + 1 + k // 2)]
+# A smooth motion of each kind, a change point and a lock of two; by speed, freely, by torques and tables.
+FEW = [("four-bar", 0), ("four-bar", 3), ("four-bar", 1), ("slider-crank", 5), ("slider-crank", 8),
+       ("slider-crank", 6), ("watt", 12), ("stephenson", 17)]  # fmt: skip
+MORE = {"watt": (10, 13), "stephenson": (15, 18)}
+"""Change points and locks of six-bars."""
 
 
 @pytest.fixture(params=REFINED)
@@ -106,23 +109,11 @@ def test_a_linkage_moves_as_its_minimal_program(kind, i, model):
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_random_linkages_make_no_silent_error(kind, model):
-    """Run LINKAGES of a kind, 10 by default; there are 75 of each."""
+    """Run LINKAGES of a kind, 10 by default, and some more; there are 75 of each."""
     wrong, singular, count = {}, 0, int(os.environ.get("LINKAGES", "10"))
-    for i in range(count):
+    for i in sorted({*range(count), *MORE.get(kind, ())}):
         drawn, motion = expected(kind, i)
         singular += motion.outcome == "singular"
         wrong[i] = list(disagreements(motion, runs(model, drawn), rounding(drawn)))
     assert singular >= count // 5  # the share of locks; change points are singular too
     assert not {i: lines for i, lines in wrong.items() if lines}
-
-
-@pytest.mark.parametrize(("kind", "i"), [few for few in FEW if CASES[few[1] % 5] == "smooth"])
-def test_the_minimal_program_balances_bodies_and_energy(kind, i):
-    drawn = scene(kind, i)
-    columns = solve(drawn).columns
-    for name, values in balance(drawn, columns).items():
-        if name in columns:
-            np.testing.assert_allclose(columns[name], values, atol=1e-11 * (1 + np.abs(values).max()))
-    supply = columns["energy_drive"] + columns["energy_gravity"] - columns["energy_damping"]
-    stored = sum(columns.get(f"energy_{name}", 0) for name in ("kinetic", "spring", "load"))
-    np.testing.assert_allclose(stored - stored[0], supply, atol=1e-9 * np.abs(stored).max())

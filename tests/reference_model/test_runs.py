@@ -1,12 +1,8 @@
-"""Runs of the press: events and peaks, energy, loads, refusals, scipy's solvers, long runs.
-
-What either model has to fulfil, this one too, is in tests/contract.
-"""
+"""Runs of the press by the reference: kinks of loads, refusals, scipy's solvers, long runs."""
 
 import json
 import subprocess
 import sys
-from itertools import product
 
 import corner_depths
 import numpy as np
@@ -56,19 +52,14 @@ def test_friction_of_a_soft_side_goes_on_to_the_regime_that_its_own_slip_enters(
         run(FOUNDATION, soft, {"initial.slider_angle": float(angle), "drive.cycles": 1.0})
 
 
-POWER = {"load.force": 500.0}
 TABLE = {"load.table": [[0.0, 0.0], [1e-3, 500.0], [1.2e-3, 50.0], [2e-3, 50.0]]}
-LOADS = {"power": POWER, "linear": POWER | {"load.exponent": 1.0}, "table": TABLE}
 GROUPS = {"output.groups": ["accelerations", "corners", "joints", "energy"]}
 
 
-@pytest.mark.parametrize("load", LOADS)
-@pytest.mark.parametrize(
-    ("name", "law"), [(name, law) for name in EACH for law in ({}, ADAMS) if "ideal" not in name or not law]
-)
-def test_the_balance_of_energy_closes_with_a_load_to_1e_8_joule(run, name, load, law):
+@pytest.mark.parametrize("name", EACH)
+def test_the_balance_of_energy_closes_with_a_load_to_1e_8_joule(run, name):
     """At strict tolerance. With steps over the kinks 1e-9 J are left, and of a prescribed motion 0.2 J."""
-    columns = run(EACH[name], LOADS[load], law, GROUPS, {TOLERANCE: 1e-14, "drive.cycles": 1.0}).columns
+    columns = run(EACH[name], TABLE, GROUPS, {TOLERANCE: 1e-14, "drive.cycles": 1.0}).columns
     assert np.abs(columns["energy_residual"]).max() <= 1e-8
     assert 0.3 < columns["energy_load"].max() < 1.0
     assert columns["energy_load"][0] == columns["energy_load"][-1] == 0.0
@@ -76,12 +67,13 @@ def test_the_balance_of_energy_closes_with_a_load_to_1e_8_joule(run, name, load,
 
 def test_the_ideal_mechanism_s_extrema_are_those_at_the_kinks(run):
     """The force of a table is largest at its second row, between two marks; within 1e-6 s by 0.2 N."""
-    few, many = (
-        run(EACH["ideal"], TABLE, GROUPS, {"drive.cycles": 1.0, "output.samples_per_cycle": n})
-        for n in (1000, 400_000)
-    )
-    least = many.columns["reaction_F_y"].min()
-    assert few.extrema["reaction_F_y"]["min"] == pytest.approx(least, abs=0.2)
+    few = run(EACH["ideal"], TABLE, GROUPS, {"drive.cycles": 1.0, "output.samples_per_cycle": 1000})
+    extremum = few.extrema["reaction_F_y"]
+    # Two degrees around it, 900 degrees a second
+    near = {"mechanism.crank_angle_deg": 111.36 + 900.0 * extremum["time_of_min"] - 1.0}
+    near |= {"drive.cycles": 2.0 / 360.0, "output.samples_per_cycle": 400_000}
+    least = run(EACH["ideal"], TABLE, GROUPS, near).columns["reaction_F_y"].min()
+    assert extremum["min"] == pytest.approx(least, abs=0.2)
     assert few.columns["reaction_F_y"].min() > least + 1.0
 
 
@@ -114,11 +106,10 @@ def test_a_corner_pressed_deep_into_a_wall_is_stiff_and_an_implicit_method_integ
     assert angle[-1] > 0.1
 
 
-@pytest.mark.parametrize(("name", "method"), [*product(EACH, ["dop853"]), ("multiplier", "LSODA")])
-def test_what_is_asked_for_beyond_the_motion_does_not_change_it(run, name, method):
+@pytest.mark.parametrize("name", EACH)
+def test_what_is_asked_for_beyond_the_motion_does_not_change_it(run, name):
     """Motion, its extrema and the contacts, where nothing else is computed and where everything is."""
-    short = {METHOD: method, "drive.cycles": 0.1}
-    few, all_ = (run(EACH[name], short, groups) for groups in ({"output.groups": []}, GROUPS))
+    few, all_ = (run(EACH[name], {"drive.cycles": 0.1}, of) for of in ({"output.groups": []}, GROUPS))
     assert len(few.columns) == 7
     # Of the ideal mechanism the terms have another order: rounding of 0.55 m and some m/s.
     for channel, values in few.columns.items():
@@ -130,7 +121,7 @@ def test_what_is_asked_for_beyond_the_motion_does_not_change_it(run, name, metho
         np.testing.assert_array_equal(values, all_.events[column])
 
 
-@pytest.mark.parametrize("gain", [0.0, 3.0, 300.0])
+@pytest.mark.parametrize("gain", [0.0, 3.0])
 def test_baumgarte_bounds_the_drift(run, gain):
     """Without it Phi grows, with the time or its square; with it after 1 / alpha it does so no longer."""
     gains = {"solver.reference.baumgarte_alpha": gain, "solver.reference.baumgarte_beta": gain}
@@ -177,14 +168,13 @@ def test_modes_that_hand_over_to_each_other_do_not_hang(run):
     assert result.provenance["counters"]["steps"] < 10_000
 
 
-@pytest.mark.parametrize("method", ["BDF", "Radau", "LSODA", "scipy-DOP853"])
+@pytest.mark.parametrize("method", SCIPY_METHODS)
 def test_scipy_s_solvers_start_anew_at_the_kinks_of_a_load(run, method):
     """Their errors, 1e-10 m, magnified by the contacts of half a cycle."""
-    short = {TOLERANCE: 1e-10, "drive.cycles": 0.1, "load.surface": 0.17}
-    for load in (TABLE, POWER | ADAMS):
-        usual, computed = (run(short, load, of).columns for of in ({}, {METHOD: method}))
-        np.testing.assert_allclose(computed["slider_x"], usual["slider_x"], rtol=0, atol=1e-7)
-        assert usual["slider_y"].min() < 0.17 - 2e-3
+    short = ADAMS | TABLE | {TOLERANCE: 1e-10, "drive.cycles": 0.1, "load.surface": 0.17}
+    usual, computed = (run(short, of).columns for of in ({}, {METHOD: method}))
+    np.testing.assert_allclose(computed["slider_x"], usual["slider_x"], rtol=0, atol=1e-7)
+    assert usual["slider_y"].min() < 0.17 - 2e-3
 
 
 _LONG_RUN = """
