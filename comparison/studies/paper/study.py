@@ -255,7 +255,7 @@ def _remarks(entry: Entry, judged: list[Entry]) -> list[str]:
             of = f"in {share(each['transient'])} of the draws, later at most {_size(each['later'], entry)}"
             said.append(f"{each['hypothesis']}: the first cycle's alone {of}")
     if entry["missed"] > 1e-3 * entry["printed_size"]:
-        said.append(f"samples may miss {share(entry['missed'] / entry['printed_size'])}")
+        said.append(f"samples miss about {share(entry['missed'] / entry['printed_size'])}")
     return [each for each in said if each]
 
 
