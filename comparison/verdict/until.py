@@ -2,8 +2,7 @@
 
 At a time t they use the samples up to t, those of the window of u(t) after it, and the first `FIRST`, which
 show the size of a motion and its pace. So the samples whose window exceeds the run are withheld, unless its
-end is stated, as that of a scene is. Of a run shorter than its window none would be left: there all are used,
-and what is said holds for this run alone.
+end is stated, as that of a scene is, or none would be left.
 """
 
 from collections.abc import Iterable
