@@ -145,8 +145,7 @@ def record(table: pd.DataFrame) -> dict[str, Any]:
 
 def page(table: pd.DataFrame) -> dict[str, object]:
     """Return what stands in the page."""
-    names = (RANDOM, CONTROL, FAULT, ENSEMBLES, LINKAGE, LINKAGE_FAULT)
-    groups = {group: table[table["group"] == group] for group in names}
+    groups = {group: table[table["group"] == group] for group in {*table["group"], LINKAGE, LINKAGE_FAULT}}
     random, faults, linkages, wrong = (groups[name] for name in (RANDOM, FAULT, LINKAGE, LINKAGE_FAULT))
     large, small = wrong.dropna(subset="detected"), wrong[wrong["detected"].isna()]
     hit = large["detected"].astype(bool)
@@ -188,6 +187,7 @@ def page(table: pd.DataFrame) -> dict[str, object]:
         ),
         "odd": pd.concat([linkages[linkages["verdict"] != "agree"], large[~hit]]).to_dict("records"),
         "rule": population.LINKAGES,
+        "wrong": len(wrong),
         "large": f"{hit.sum()} of {len(hit)} (at least {share(interval(hit.sum(), len(hit))[0])} at 95 %)",
         "small": f"{(small['verdict'] == 'differ').sum()} of {len(small)}",
         "controls": ", ".join(

@@ -309,7 +309,7 @@ def test_the_page_and_the_rates_of_a_baseline_are_those_of_the_table(tmp_path):
         "- one nan (exudyn, tight): not expected.",
         "| a and b | nothing | 3 | **1** |",
         "| four-bar | 1 | 1 | 0 | 95\u00a0% |",
-        "**1 of 2 (at least 1.3\u00a0% at 95 %)** cases, what moves less in 1 of 2.",
+        "**1 of 2 (at least 1.3\u00a0% at 95 %)** times, what moves less 1 of 2.",
         "- four-bar-3 (mass, exudyn): agree: near.",
     ):
         assert text in page
