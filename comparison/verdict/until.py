@@ -2,7 +2,7 @@
 
 At a time t they use the samples up to t, those of the window of u(t) after it, and the first `FIRST`, which
 show the size of a motion and its pace. So the samples whose window exceeds the run are withheld, unless its
-end is stated, as that of a scene is.
+end is stated, as that of a scene is, or none would be left.
 """
 
 from collections.abc import Iterable
@@ -46,8 +46,8 @@ def pace(time: Array, curves: Iterable[Array]) -> float:
 
 
 def settled(time: Array, window: float) -> int:
-    """Return how many samples from the first have a window (s) that does not exceed the run."""
-    return int((windows(time, window)[1] < time.size).sum())
+    """Return how many samples from the first have a window (s) that does not exceed the run; all if none."""
+    return int((windows(time, window)[1] < time.size).sum()) or time.size
 
 
 def until(time: Array, predictable: BoolArray, window: float) -> tuple[float, int]:

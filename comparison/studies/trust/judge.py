@@ -11,7 +11,9 @@ from comparison.models import MODELS
 from comparison.scene import Scene
 from comparison.studies.trust.adjudication import adjudicate, breach_words, breaches
 from comparison.studies.trust.faults import Fault, load_copy, scenes, spoiled
-from comparison.verdict.results import SceneComparison
+from comparison.tables.table import TableError
+from comparison.verdict.linkage import ModelError, linkage_pair
+from comparison.verdict.results import SceneComparison, decisive
 from comparison.verdict.validate import Case, unusable
 from comparison.words.differences import confirmation
 from comparison.words.verdicts import scene_reason
@@ -49,7 +51,7 @@ class Comparison(Task):
     Its row has ``verdict``, ``confirmation`` (the outcome of the ensembles or ""), ``channels`` with a
     verdict each, ``predictable`` (the mean share of the excited channels' samples), ``failed``
     (status of a run without success), ``errs`` (the model that errs, "open", or "" where nothing was to be
-    adjudicated) and ``reason``.
+    adjudicated) and ``reason``; of a fault in a linkage also ``worth``, |E|/2u (99%) of what it changes.
     """
 
     scene: Scene
@@ -96,8 +98,30 @@ class Comparison(Task):
         sides = spoiled(self.fault.spoil, Runs(outcome.table), Runs(outcome.table))
         return replace(outcome, table=sides[MODELS.index(job.model)].base)
 
+    def judge_linkage(self) -> SceneComparison:
+        """Judge a linkage as `comparison.verdict.validate` does, by runs with the fault."""
+        return linkage_pair(self.scene, MODELS, lambda jobs: [self.outcome(job) for job in jobs]).judge()[0]
+
+    def linkage_row(self) -> Row:
+        """Judge a linkage; who errs is not asked, since all further opinions are of the press."""
+        try:
+            row = summary(self.judge_linkage())
+            right = replace(self, fault=None).judge_linkage().channels if self.fault else {}
+        except (ModelError, TableError) as error:
+            return refusal(str(error), error.outcome.status if isinstance(error, ModelError) else "")
+        wrong = self.outcome(Job(self.scene, self.faulty or MODELS[0])).table
+        assert wrong is not None
+        changes = [
+            replace(channel, a=wrong.values(name), b=channel.a if self.faulty == MODELS[0] else channel.b)
+            for name, channel in right.items()
+        ]
+        most = decisive(changes)
+        return row | {"worth": 0.0 if most is None else most.ratio}
+
     def row(self) -> Row:
         """Run the families and judge them; where no fault was seeded, say which model errs."""
+        if self.scene.is_linkage:
+            return self.linkage_row()
         case = self.case
         outcomes = dict(zip(case.own, case.start(list(case.own.values())), strict=True))
         judged = case.judge(outcomes)

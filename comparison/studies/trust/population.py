@@ -2,6 +2,7 @@
 
 import tomllib
 from collections.abc import Mapping
+from fnmatch import filter as matching
 from functools import cache
 from importlib.resources import files
 from math import cos, pi, sin, sqrt
@@ -10,14 +11,17 @@ from typing import Any
 import numpy as np
 
 from comparison.accuracy import uncertainty
+from comparison.models import MODELS
 from comparison.scene import Scene, load_scene, shipped_scenes
 from comparison.scene.keys import flat
 from comparison.scene.schema import PARTNERS
+from comparison.studies.trust.faults import Fault
 from comparison.tables.channels import has_load
 
 DATA: dict[str, Any] = tomllib.loads(
     files("comparison.studies.trust").joinpath("population.toml").read_text("utf-8")
 )
+LINKAGES: dict[str, Any] = DATA["linkages"]
 _shipped = cache(load_scene)
 
 
@@ -90,7 +94,7 @@ def _value(rng: np.random.Generator, known: Mapping[str, Any], key: str, how: Ma
             reach = share * known["clearance.slider"] / known["mechanism.slider.length"] ** power
             return float(rng.uniform(-reach, reach))
         case {"choice": values}:
-            return int(rng.choice(values))
+            return rng.choice(values).item()
         case {"other": [first, second]}:
             return first if known[key] == second else second
     raise ValueError(f"population.toml: {key}: {how}")
@@ -108,3 +112,26 @@ def moved(scene: Scene, share: float, rng: np.random.Generator) -> Scene:
     shift = share * clearance["slider"] * sqrt(rng.uniform())
     direction = rng.uniform(0.0, 2.0 * pi)
     return uncertainty.moved(scene, shift * cos(direction), shift * sin(direction))
+
+
+def random_linkage(number: int, seed: int = LINKAGES["seed"]) -> tuple[Scene, Fault, str]:
+    """Draw a linkage up to its first contacts, a fault in one of its numbers, and the model that has it."""
+    rng, rule = np.random.default_rng([seed, number]), LINKAGES
+    name = rule["scenes"][number % len(rule["scenes"])]
+    scene = _shipped(name).with_values({"output.groups": ["accelerations", "joints", "contacts"]})
+    if not scene.loose:
+        scene = scene.with_values({f"clearance.{rng.choice([*scene.data['pin']])}.size": 1e-4})
+    ways = {key: how for each, how in rule["all"].items() for key in matching(flat(scene.data), each)}
+    scene = _drawn(scene, ways | rule["of"].get(name, {}), rng)
+    reach, scales = rule["start"], uncertainty.in_clearances(scene).items()
+    scene = uncertainty.shifted(scene, {state: scale * rng.uniform(-reach, reach) for state, scale in scales})
+    own = [key for key in ways if not key.startswith(("drive", "initial", "contact.damping"))]
+    key, model = str(rng.choice(own)), str(rng.choice(MODELS))
+    factor = 1.0 + rng.uniform(*rule["fault"]) * rng.choice([-1.0, 1.0])
+    fault = Fault(kind="number", name=f"{key} {100 * (factor - 1.0):+.1f} %", key=key, factor=factor)
+    end, samples = rule["end"], rule["samples"]
+    cut = {"output.duration": end, "output.samples": samples, "solver.exudyn.step": end / samples / 10}
+    if "speed_rpm" in scene.data["drive"]:
+        a_turn = round(samples * scene.period / end)
+        cut = {"drive.cycles": samples / a_turn, "output.samples_per_cycle": a_turn}
+    return scene.with_values(cut | {"scene.name": f"{name}-{number}"}), fault, model

@@ -32,6 +32,7 @@ from comparison.studies.trust.judge import Comparison, detected, measure_tasks, 
 SCENES = 200  # half of them at both tiers: 1.3 h of processor time; no alarm of 270 is at most 1.1 %
 MEMBERS = 64  # runs in an ensemble
 RANDOM, CONTROL, FAULT, ENSEMBLES = "random scene", "no fault", "fault", "ensembles"
+LINKAGE, LINKAGE_FAULT = "linkage", "fault in a linkage"
 """Groups of rows of the table."""
 COLUMNS = {
     "group": "", "name": "", "kind": "", "scene": "", "model": "", "tier": "", "verdict": "",
@@ -51,13 +52,13 @@ _MARKS: dict[str, dict[str, Any]] = {
 def measure(full: bool, n_jobs: int, on_progress: Progress | None) -> pd.DataFrame:
     """Judge random scenes and seeded faults, compare ensembles: the table."""
     faults = catalogue() if full else [catalogue("number")[0], *catalogue("table")[-3:]]
-    tasks = [*_random(SCENES if full else 2), *_faults(faults)]
+    tasks = [*_random(SCENES if full else 2), *_faults(faults), *_linkages(100 if full else 1)]
     with installed([fault for fault in faults if fault.engine]):
         rows = measure_tasks([task for _, task in tasks], n_jobs, part(on_progress, 0.0, 0.95))
     lines = []
     for (head, task), row in zip(tasks, rows, strict=True):
         line = head | {name: row[name] for name in COLUMNS if name in row}
-        if task.fault:
+        if task.fault and row.get("worth", float("inf")) >= population.LINKAGES["worth"]:
             line["detected"] = detected(task.fault, row)
         lines.append(line)
     compared = distributions.compare_ensembles(MEMBERS if full else 3, n_jobs, part(on_progress, 0.95, 1.0))
@@ -86,6 +87,15 @@ def _faults(faults: Sequence[Fault]) -> Iterator[tuple[Row, Comparison]]:
         yield what | {"model": task.faulty, "tier": task.tier}, task
     for name, tier in dict.fromkeys((fault.scene, task.tier) for task, fault in tried):
         yield {"group": CONTROL, "name": name, "tier": tier}, Comparison(scenes(tier)[name], tier)
+
+
+def _linkages(count: int) -> Iterator[tuple[Row, Comparison]]:
+    for n in range(count):
+        scene, fault, model = population.random_linkage(n)
+        line = {"name": str(n), "kind": scene.source, "scene": scene.name, "tier": "standard"}
+        yield line | {"group": LINKAGE}, Comparison(scene, "standard")
+        line |= {"group": LINKAGE_FAULT, "name": f"{n}: {fault.name}", "model": model}
+        yield line, Comparison(scene, "standard", fault, model)
 
 
 # ---- numbers
@@ -135,8 +145,10 @@ def record(table: pd.DataFrame) -> dict[str, Any]:
 
 def page(table: pd.DataFrame) -> dict[str, object]:
     """Return what stands in the page."""
-    groups = {group: table[table["group"] == group] for group in (RANDOM, CONTROL, FAULT, ENSEMBLES)}
-    random, faults = groups[RANDOM], groups[FAULT]
+    groups = {group: table[table["group"] == group] for group in {*table["group"], LINKAGE, LINKAGE_FAULT}}
+    random, faults, linkages, wrong = (groups[name] for name in (RANDOM, FAULT, LINKAGE, LINKAGE_FAULT))
+    large, small = wrong.dropna(subset="detected"), wrong[wrong["detected"].isna()]
+    hit = large["detected"].astype(bool)
     tight, failed = random[random["tier"] == "tight"], random[random["verdict"] == "cannot compare"]
     rates, numbers = record(table), count(random)
     hits = faults.groupby(["kind", "model", "tier"], sort=False)["detected"].agg(["sum", "count"])
@@ -170,6 +182,14 @@ def page(table: pd.DataFrame) -> dict[str, object]:
             failures.reset_index().set_axis(["tier", "status", "errs", "run", "runs", "scenes"], axis=1)
         ),
         "failed": len(failed),
+        "linkages": rows_table(
+            _counted(kind or "all", linkages, "standard", kind) for kind in ("", *linkages["kind"].unique())
+        ),
+        "odd": pd.concat([linkages[linkages["verdict"] != "agree"], large[~hit]]).to_dict("records"),
+        "rule": population.LINKAGES,
+        "wrong": len(wrong),
+        "large": f"{hit.sum()} of {len(hit)} (at least {share(interval(hit.sum(), len(hit))[0])} at 95 %)",
+        "small": f"{(small['verdict'] == 'differ').sum()} of {len(small)}",
         "controls": ", ".join(
             f"{times} times {verdict}" for verdict, times in groups[CONTROL]["verdict"].value_counts().items()
         ),

@@ -101,6 +101,35 @@ def test_one_to_three_keys_are_changed_as_users_do():
     assert set(changed) == {1, 2, 3}
 
 
+def test_random_linkages_are_the_same_every_time_and_start_in_their_gaps_with_a_fault_in_one_model():
+    drawn = [population.random_linkage(n) for n in range(12)]
+    again = [population.random_linkage(n)[0].hash for n in range(12)]
+    assert [scene.hash for scene, *_ in drawn] == again
+    assert len({*again}) == len({fault.name for _, fault, _ in drawn}) == 12
+    assert Counter(scene.source for scene, *_ in drawn) == dict.fromkeys(population.LINKAGES["scenes"], 2)
+    for scene, fault, model in drawn:
+        for name in scene.loose:
+            assert 0.0 < np.linalg.norm(scene.data["clearance"][name]["offset"]) < scene.clearance(name)
+        assert scene.duration == pytest.approx(0.004, rel=0.01)
+        assert 0.02 <= abs(fault.factor - 1.0) <= 0.05
+        task = Comparison(scene, "standard", fault, model)
+        changed = [task.given(scene, one) != scene for one in MODELS]
+        assert changed == [one == model for one in MODELS]
+
+
+def test_a_fault_in_a_linkage_is_found_and_sized_by_what_it_changes_in_its_model():
+    scene, _, _ = population.random_linkage(5)
+    short = scene.with_values({"output.duration": 5e-4, "output.samples": 50, "solver.exudyn.step": 2e-6})
+    right = Comparison(short, "standard").row()
+    assert (right["verdict"], right["failed"], right["worth"]) == ("agree", "", 0.0)
+    fault = Fault(kind="number", name="gravity", key="environment.gravity", factor=1.02)
+    row = Comparison(short, "standard", fault, "reference").row()
+    assert detected(fault, row)
+    assert row["worth"] > population.LINKAGES["worth"]
+    refused = Comparison(short.with_values({"solver.reference.tolerance": 1e-30}), "standard").row()
+    assert (refused["verdict"], bool(refused["failed"])) == ("cannot compare", True)
+
+
 # ---- the judge
 
 
@@ -202,6 +231,10 @@ def test_the_page_and_the_rates_of_a_baseline_are_those_of_the_table(tmp_path):
         | {"tier": task.tier, "verdict": "differ", "detected": fault.name != "one nan"}
         for task, fault in trials(FAULTS)
     ]
+    one = {"kind": "four-bar", "scene": "four-bar-3", "tier": "standard", "verdict": "agree"}
+    bad = one | {"group": study.LINKAGE_FAULT, "name": "mass", "model": "exudyn"}
+    linkages = [one | {"group": study.LINKAGE}, bad | {"detected": False, "reason": "near"}, bad]
+    linkages += [bad | {"detected": True, "verdict": "differ"}, bad | {"verdict": "differ"}]
     table = study.as_table(
         [
             *(random(n, "agree", clearance_m=2e-4) for n in range(300)),
@@ -215,6 +248,7 @@ def test_the_page_and_the_rates_of_a_baseline_are_those_of_the_table(tmp_path):
             *tried,
             {"group": study.CONTROL, "name": "press", "tier": "tight", "verdict": "agree"},
             {"group": study.ENSEMBLES, "name": "a and b", "kind": "nothing", "tests": 3, "differing": 1},
+            *linkages,
         ]
     )
     page = study.STUDY.report(table, tmp_path).read_text("utf-8")
@@ -229,6 +263,9 @@ def test_the_page_and_the_rates_of_a_baseline_are_those_of_the_table(tmp_path):
     assert "**2 false alarms in 304 decided comparisons of random scenes; 142 of 144 faults detected" in page
     assert "- scene 301 (s), tight: differ, errs: exudyn: it is outside." in page
     assert "- one nan (exudyn, tight): not expected." in page
+    assert "| four-bar | 1 | 1 | 0 | 95\u00a0% |" in page
+    assert "**1 of 2 (at least 1.3\u00a0% at 95 %)** times, what moves less 1 of 2." in page
+    assert "- four-bar-3 (mass, exudyn): agree: near." in page
     assert not re.search(r"\{\w*\}|\bnan\b", page.replace("one nan", ""))
 
 

@@ -98,3 +98,10 @@ def predictable(*gaps):
 )
 def test_a_stretch_longer_than_the_window_ends_it_and_shorter_ones_are_counted(gaps, end, isolated):
     assert until(np.arange(200.0), predictable(*gaps), 2.0) == (end, isolated)
+
+
+@pytest.mark.parametrize(("wrong", "verdict"), [(0.0, "agree"), (0.1, "differ")])
+def test_a_run_shorter_than_its_window_is_judged_as_a_whole(wrong, verdict):
+    a, b = (runs(decay, [start], 3, "DOP853", 1e-8) for start in (0.0, wrong))
+    result = judged(a, b, period=400.0)
+    assert (result.window, result.until, result.verdict) == (4.0, 3.0, verdict)
