@@ -162,7 +162,7 @@ def kept_workers(ahead: int = 0) -> Iterator[None]:
     global _keep_idle
     before, _keep_idle = _keep_idle, True
     try:
-        _idle.extend(_Worker() for _ in range(ahead))
+        _idle.extend(_Worker() for _ in range(ahead - len(_idle)))
         yield
     finally:
         _keep_idle = before
