@@ -7,6 +7,7 @@ variables to record beside the outputs; ``stop`` and ``interval``, s, by default
 
 import difflib
 import json
+import os
 import sys
 from math import ceil
 
@@ -59,3 +60,4 @@ def main() -> None:
 
 if __name__ == "__main__":
     main()
+    os._exit(0)  # the table is written; memory that an FMU has damaged must not abort the end of the process
