@@ -45,7 +45,7 @@ def run(load):
 def require_second_order(model, steps, errors):
     if model == "exudyn_model":
         order = np.diff(np.log(errors)) / np.diff(np.log(steps))
-        np.testing.assert_allclose(order, 2.0, atol=0.1)
+        np.testing.assert_allclose(order, 2.0, atol=0.05)
 
 
 # ------------------------------------------------------------------ published
@@ -127,13 +127,13 @@ body.arm = { mass = 2.0, inertia = 0.1, centroid = [-0.24, 0.32], points = { O =
 pin.O = { joins = ["frame", "arm.O"], point = [0.3, -0.2] }
 drive.free = true
 environment.gravity = 9.81
-output = { groups = ["accelerations", "joints", "energy"], duration = 2.0, samples = 40 }
+output = { groups = ["accelerations", "joints", "energy"], duration = 5.0, samples = 100 }
 """
 
 
 @pytest.mark.parametrize(
     ("model", "settings", "bound"),
-    [("reference_model", [1e-10, 1e-6], 2e-7), ("exudyn_model", [2e-5, 8e-5], 1e-6)],
+    [("reference_model", [1e-10, 1e-6], 2e-7), ("exudyn_model", [1e-4, 2e-4, 4e-4], 1e-6)],
 )
 def test_a_pendulum_swings_by_the_elliptic_functions(model, settings, bound, run):
     amplitude, inertia, turned = 2.0, 0.1 + 2.0 * 0.4**2, math.atan2(0.32, -0.24) + math.pi / 2
