@@ -64,8 +64,8 @@ def test_a_linkage_moves_with_the_cursor(show, tmp_path):
       .match(/rotate.(.*).$/)[1]"""
     # It starts at 0 degrees and turns counter-clockwise, which is negative in SVG.
     assert float(page.evaluate(turned, "crank")) == pytest.approx(-5 * 3.6, abs=0.05)
-    upright = page.locator("[data-body=crank] .name").get_attribute("transform")  # its name does not turn
-    assert float(upright[7:-1]) == pytest.approx(5 * 3.6, abs=0.05)
+    for name in page.locator("[data-body=crank] .name").all():  # its name and those of its pins do not turn
+        assert float(name.get_attribute("transform")[7:-1]) == pytest.approx(5 * 3.6, abs=0.05)
     block, rocker = (float(page.evaluate(turned, name)) for name in ("block", "rocker"))
     assert block == pytest.approx(rocker, abs=0.05)
     assert float(page.evaluate(turned, "ram")) == 0.0  # constant: not among the plots

@@ -15,7 +15,7 @@ function moveBodies(viewer, figure, {bodies, springs, view: [scale, left, top]})
     for (const group of figure.querySelectorAll(".member")) {
       const [x, y, angle] = place[group.dataset.body];
       group.setAttribute("transform", `translate(${left + scale * x} ${top - scale * y}) rotate(${-angle * 180 / Math.PI})`);
-      group.querySelector(".name")?.setAttribute("transform", `rotate(${angle * 180 / Math.PI})`);
+      for (const text of group.querySelectorAll(".name")) text.setAttribute("transform", `rotate(${angle * 180 / Math.PI})`);
     }
     figure.querySelectorAll(".spring").forEach((line, n) => {
       const ends = springs[n].map(([body, px, py]) => {
