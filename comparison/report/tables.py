@@ -232,8 +232,8 @@ def reliability_tables(scene: SceneComparison) -> tuple[Table | None, Table | No
         ]
         largest = [quantity(float(np.abs(model.mean).max()), unit, 3) for model in models]
         intervals[row] = [
-            ("Largest mean |error| of an interval", a, largest[0]),
-            ("Largest mean |error| of an interval", b, largest[1]),
+            ("Largest mean error of an interval", a, largest[0]),
+            ("Largest mean error of an interval", b, largest[1]),
             ("95 % interval of R", a, "{:.5f} … {:.5f}".format(*difference.a.interval)),
             ("95 % interval of R", b, "{:.5f} … {:.5f}".format(*difference.b.interval)),
             ("Parts of ±", "cycles", cycles),

@@ -57,8 +57,10 @@ class Verdict(StrEnum):
 
 def verdict(evidence: Evidence) -> Verdict:
     """Return what all criteria say; undecided between their bounds, of nan, and where they disagree."""
-    said = {Verdict.NONE for name in evidence[0] if name == "none"}
-    for name, value in () if said else evidence[0].items():
+    if "none" in evidence[0]:
+        return Verdict.NONE
+    said = set()
+    for name, value in evidence[0].items():
         supported, contradicted = CRITERIA[name]["supported"], CRITERIA[name]["contradicted"]
         way = 1.0 if supported > contradicted else -1.0
         against = Verdict.CONTRADICTED if way * value <= way * contradicted else Verdict.UNDECIDED
