@@ -22,7 +22,7 @@ app = typer.Typer(
     name="sixbar",
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
-    help="Cross-validation of two models of a press with clearance in its slider's guide.",
+    help="Cross-validation of two models of a press, or of any planar linkage, with clearance in its joints.",
     epilog="Exit codes: 0 agree; 1 differ, or a regression; 2 cannot compare or bad input; 3 indeterminate, "
     "or an accuracy that is not reachable; "
     "70 internal error; 130 interrupted. For several scenes the worst one.",

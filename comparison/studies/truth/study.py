@@ -5,10 +5,10 @@ are correlated, so each interval between two touches of the truth is one outcome
 predictable samples has a larger error.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import chain, product
+from itertools import chain, count, islice, product
 from math import sqrt
 from pathlib import Path
 from typing import NamedTuple
@@ -39,6 +39,7 @@ from comparison.reliability.assessment import compare_reliability, ideal_scenes
 from comparison.report import svg
 from comparison.scene import Scene, SceneError, load_scene, shipped_scenes
 from comparison.studies.shared.study import Study, rows_table, share, upper_limit, write_csv
+from comparison.studies.trust.population import random_scene
 from comparison.tables.channels import Array, BoolArray
 from comparison.tables.table import Table
 from comparison.verdict.results import SceneComparison
@@ -47,40 +48,58 @@ from comparison.verdict.validate import validate
 TRUTH = "truth"
 """Model of examples/truth_engine."""
 LIMIT = sqrt(2)
+SEED = 29112026  # of the random scenes; fixed before any of them was run
 DRAWS = 10_000  # of scenes, for the bootstrap
 _COLOURS = {"reference": svg.FIRST, "exudyn": svg.SECOND}
 
 
 @dataclass(frozen=True)
 class AgainstTruth(Task):
-    """A scene to be run by the truth engine, and by both models at both tiers."""
+    """A scene to be run by the truth engine, and by both models at both tiers; "shipped" or "random"."""
 
     scene: Scene
+    origin: str
     models = (*MODELS, TRUTH)
 
 
 class Results(NamedTuple):
-    """Rows of all scenes, with ``scene``, ``tier``, ``model``; why a scene has none."""
+    """Rows of all scenes, with ``scene``, ``origin``, ``tier``, ``model``; why a scene has none."""
 
     rows: pd.DataFrame  # as `summary` returns them
     intervals: pd.DataFrame  # ``start``, ``end`` (s), ``largest`` error over u, ``name``, ``part``: see there
     failed: list[str]  # scene and message
 
 
-def measure(names: Sequence[str], n_jobs: int, on_progress: Progress | None) -> Results:
-    """Run and compare the scenes that the truth engine covers; `EngineError` where it is not installed."""
+def measure(extent: tuple[Sequence[str], int], n_jobs: int, on_progress: Progress | None) -> Results:
+    """Run and compare shipped scenes by name, of those that the truth engine covers, and so many random ones.
+
+    `EngineError` where it is not installed.
+    """
     find(TRUTH)
-    tasks = []
-    for scene in map(load_scene, names):
-        with suppress(SceneError):  # it refuses the others
-            check_forces(scene, TRUTH)
-            tasks.append(AgainstTruth(scene))
+    names, randoms = extent
+    shipped, drawn = covered(map(load_scene, names), "shipped"), covered(random_scenes(), "random")
+    tasks = [*shipped, *islice(drawn, randoms)]
     measured = measure_all(measure_scene, tasks, on_processes(n_jobs), on_progress)
     done = [row for row in measured if row["status"] == SUCCESS]
     rows, intervals = (pd.DataFrame([*chain(*(row[name] for row in done))]) for name in Results._fields[:2])
     pairs = zip(tasks, measured, strict=True)
     failed = [f"{task.scene.name}: {row['message']}" for task, row in pairs if row["status"] != SUCCESS]
     return Results(rows, intervals, failed)
+
+
+def random_scenes() -> Iterator[Scene]:
+    """Yield scenes of one cycle as users change them: those of the study trust, from another seed."""
+    for each in count():
+        own = {"scene.name": f"random-{each}", "drive.cycles": 1.0}
+        yield random_scene(2 * each, SEED).with_values(own)
+
+
+def covered(scenes: Iterable[Scene], origin: str) -> Iterator[AgainstTruth]:
+    """Yield the scenes that the truth engine does not refuse."""
+    for scene in scenes:
+        with suppress(SceneError):
+            check_forces(scene, TRUTH)
+            yield AgainstTruth(scene, origin)
 
 
 def measure_scene(task: AgainstTruth, progress: Progress) -> Row:
@@ -108,10 +127,12 @@ def measure_scene(task: AgainstTruth, progress: Progress) -> Row:
             both = (runs, Runs(dense, finer=dense)), (ideals[index], ideals[0])
             for name, one in compare_reliability(*both, scene.period, scene.reliability, 1.0).items():
                 own.append(summary("reliability", name, np.abs([one.minimum]), np.array([one.numerical])))
-            labels = {"scene": scene.name, "tier": tier, "model": model}
+            labels = {"scene": scene.name, "origin": task.origin, "tier": tier, "model": model}
             rows += [labels | row for row in own]
             intervals += [labels | row for row in of_intervals]
-    rows += [{"scene": scene.name, "tier": ""} | row for row in setting_rows(scene, true)]
+    if task.origin == "shipped":  # for which alone the names of settings state a bound
+        labels = {"scene": scene.name, "origin": task.origin, "tier": ""}
+        rows += [labels | row for row in setting_rows(scene, true)]
     return {"rows": rows, "intervals": intervals}
 
 
@@ -284,12 +305,12 @@ def page(results: Results) -> dict[str, object]:
     every, samples = groups.pop("intervals"), groups.pop("samples")
     lost = samples[(samples["name"] == CHANNEL) & samples["until"].notna()]
     return {
-        "scenes": list(every["scene"].unique()),
-        "total": next(counted(every.assign(all=""), ["all"])),
+        "scenes": {origin: list(own.unique()) for origin, own in every.groupby("origin")["scene"]},
+        "total": {line["origin"]: line for line in counted(every, ["origin"])},
         "samples": samples,
         "median": {tier: number(own["width"].median(), 2) for tier, own in every.groupby("tier")},
         "missed": results.intervals[results.intervals["largest"] > LIMIT].to_dict("records"),
-        "overview": rows_table(counted(every, ["model", "tier"])),
+        "overview": rows_table(counted(every, ["origin", "model", "tier"])),
         "channels": rows_table(counted(samples, ["name", "tier"])),
         "others": rows_table(counted(pd.concat(groups.values()), ["kind", "model", "tier"])),
         "lost": lost.to_dict("records"),
@@ -318,4 +339,11 @@ def draw(results: Results, folder: Path) -> None:
             svg.legend_above(axes, 2)
 
 
-STUDY = Study("truth", small=["wedge"], full=shipped_scenes(), measure=measure, page=page, draw=draw)
+STUDY = Study(
+    "truth",
+    small=(["wedge"], 1),
+    full=(shipped_scenes(), 20),
+    measure=measure,
+    page=page,
+    draw=draw,
+)

@@ -101,7 +101,13 @@ def rows_of(outside, outcomes):
     return pd.DataFrame(
         [
             shared
-            | {"scene": f"scene {k}", "model": "exudyn", "tier": "tight", "outside": bad, "outcomes": of}
+            | {
+                "scene": f"scene {k}",
+                "origin": "random" if k else "shipped",
+                "model": "exudyn",
+                "tier": "tight",
+            }
+            | {"outside": bad, "outcomes": of}
             for k, (bad, of) in enumerate(zip(outside, outcomes, strict=True))
         ]
     )
@@ -125,11 +131,12 @@ def test_the_page_lists_what_is_outside_and_which_run_is_lost(tmp_path):
     frame = pd.concat([both, rows[:1].assign(**lost), rows.assign(kind="extrema", name="slider_vx")])
     text = study.STUDY.report(study.Results(frame, intervals, ["a: stopped"]), tmp_path).read_text("utf-8")
     for part in (
-        "**Of 600 intervals between touches, 2 have an error above 1.41 times its uncertainty",
+        "**In 2 of 200 intervals between touches of 1 shipped scenes (at most 3.1\u00a0% at 95 %)",
+        "and 0 of 400 of 2 random ones (at most",
         "slider_x, 1.7 u between 0.125 and 0.25 s; errors up to 3.1 % of what is judged.",
         "- scene 0, exudyn, tight: from 0.25 s on.",
         "- a: stopped.",
-        "of 50 predictable samples 7 err",
+        "7 of 50 predictable samples err",
     ):
         assert part in text
     assert not re.search(r"\{\w*\}|\bnan\b", text)
@@ -145,7 +152,7 @@ def test_one_scene_for_real(install):
     results = study.measure(study.STUDY.small, 1, None)
     assert not results.failed
     text = study.STUDY.text(results)
-    assert re.search(r"\*\*Of 48 intervals between touches, 0 have an error above 1.41 times", text)
+    assert re.search(r"\*\*In 0 of 48 intervals between touches of 1 shipped scenes", text)
     rows = results.rows.set_index("kind")
     for kind in ("intervals", "samples", "start of contacts", "impulse of contacts", "reliability"):
         assert rows.loc[kind, "largest"].max() < 1.0, kind
