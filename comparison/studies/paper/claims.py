@@ -50,7 +50,7 @@ class Verdict(StrEnum):
 
     SUPPORTED = "supported"
     CONTRADICTED = "contradicted"
-    NONE = "without effect"
+    ABSENT = "effect absent"
     UNDECIDED = "undecided"
     UNDECIDABLE = "undecidable"  # by any run: the print leaves out what it would need
 
@@ -58,7 +58,7 @@ class Verdict(StrEnum):
 def verdict(evidence: Evidence) -> Verdict:
     """Return what all criteria say; undecided between their bounds, of nan, and where they disagree."""
     if "none" in evidence[0]:
-        return Verdict.NONE
+        return Verdict.ABSENT
     said = set()
     for name, value in evidence[0].items():
         supported, contradicted = CRITERIA[name]["supported"], CRITERIA[name]["contradicted"]

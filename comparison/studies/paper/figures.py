@@ -28,10 +28,7 @@ IDEAL: dict[str, Any] = {"color": svg.DIFFERENCE, "lw": 0.5}
 LIMIT: dict[str, Any] = {"color": svg.OUTSIDE, "dashes": (1, 2), "lw": 0.8}
 RANGE: dict[str, Any] = {"color": svg.THRESHOLD, "dashes": (3.5, 1.8), "lw": 0.8}
 """Lines of a printed range, and of the range of all cycles."""
-BARS: list[tuple[float, dict[str, Any]]] = [
-    (-0.15, {"color": svg.THRESHOLD, "lw": 4}),
-    (0.15, {"color": svg.THRESHOLD, "lw": 4, "alpha": 0.4}),
-]
+BARS = {"gravity": (-0.15, svg.THRESHOLD, "gravity"), "none": (0.15, "#c4c4c4", "no gravity")}
 EDGE = 0.2  # of the axis of the predictions
 LAWS = {"law": svg.THRESHOLD, "code": svg.DIFFERENCE}  # of what differs in Fig. 13
 COLUMNS = 250  # of a panel half as wide as the page
@@ -96,19 +93,19 @@ def _predictions(entries: pd.DataFrame, judged: pd.DataFrame, path: Path) -> Non
     lines = [*SCENES, *dict.fromkeys(name[of_many])]
     place = name.map(lines.index)
     titles, x = list(QUANTITIES), "size over ours (-)"
-    with _grid(path, [""], titles, 3.4, x, columns=2, sharex=True, sharey=True) as (axes,):
+    with _grid(path, [""], titles, 3.4, x, columns=3, sharex=True, sharey=True) as (axes,):
         for panel, quantity in zip(axes, QUANTITIES, strict=True):
             panel.axvline(1.0, color=svg.GRID, lw=0.8)
             mine = kind == quantity
-            for (hypothesis, rows), (aside, bar) in zip(
-                judged.groupby("hypothesis", sort=False), BARS, strict=True
-            ):
+            for hypothesis, rows in judged.groupby("hypothesis", sort=False):
+                aside, colour, of = BARS[str(hypothesis)]
                 ends = rows.set_index("id").reindex(predicted.index[mine])
-                low, high = (ends[end] / ours[mine] for end in ("low", "high"))
-                label = f"our interval: gravity {'none' if hypothesis == 'none' else 'downwards'}"
-                panel.hlines(place[mine] + aside, low.clip(lower=EDGE), high, label=label, **bar)
-            ratio = predicted["printed_size"] / ours
-            panel.plot(ratio[mine], place[mine], label="printed", **PRINTED)
+                for end, width, label in (("_without", 5, f"our interval, {of}"), ("", 1, f"with u_D, {of}")):
+                    low, high = (ends[f"{side}{end}"] / ours[mine] for side in ("low", "high"))
+                    y = place[mine] + aside
+                    panel.hlines(y, low.clip(lower=EDGE), high, label=label, lw=width, color=colour)
+                    panel.plot([low, high], [y, y], ls="", marker="|", ms=width, color=colour)
+            panel.plot((predicted["printed_size"] / ours)[mine], place[mine], label="printed", **PRINTED)
             panel.set(xscale="log", xlim=(EDGE, 1 / EDGE), ylim=(len(lines) - 0.5, -0.5))
             plain_ticks(panel.xaxis, [0.5, 1, 2, 4])
         axes[0].set_yticks(range(len(lines)), lines)

@@ -25,6 +25,7 @@ FACTORS = (1.5, ledger.FACTOR, 3.0)  # of random sizes
 REACHES = (0.01, REACH, 0.05)  # of a cycle
 SHARES = ("share", "shifted", "sized", "random", "random_shifted")
 POISSON_PAIR = ("F9-210-d", "F10-33-d")  # the displacement's error at both Poisson's ratios
+BRINK = 0.01  # of a size: a range that misses it by less may hold it in other draws
 PRINTED_DIGITS = 1.5e-4  # relative: both are printed as 3.687e-5 m
 
 
@@ -89,6 +90,7 @@ def page(results: Results) -> Mapping[str, object]:
     some["velocities and accelerations, less those with clearance at the crank pin, "] = fast & ~pin
     some["less poisson-0.33, a near copy, "] = peaks["scene"] != ledger.POISSON
     timed = {part + name: _agreeing(peaks[a & b]) for part, a in some.items() for name, b in near.items()}
+    inside = judged[judged["without"]].merge(times[times["reach"] == REACH], on=["id", "hypothesis"])
     fitted = entries.index[(entries["use"] == Use.CALIBRATION) & entries["quantity"].str.startswith("min_")]
     missed = results.judged[results.judged["id"].isin(fitted) & (results.judged["size"] == Size.OUTSIDE)]
     angles = instants[instants["id"].isin(fitted)].drop_duplicates("id").set_index("id")["at"]
@@ -115,6 +117,7 @@ def page(results: Results) -> Mapping[str, object]:
         "instants": markdown(_times(times[times["reach"] == REACH])),
         "dated": times["id"].nunique(),
         "agreeing": timed,
+        "inside": _agreeing(inside),
         "angles": len(angles),
         "angles_met": {model: int((each == angles).sum()) for model, each in ours.items()},
         "angles_chance": {model: number(each[0], 2) for model, each in by_chance.items()},
@@ -139,6 +142,7 @@ def page(results: Results) -> Mapping[str, object]:
         "reach": f"{100 * REACH:g}",
         "level": f"{100 * ledger.LEVEL:g}",
         "factor": f"{ledger.FACTOR:g}",
+        "brink": f"{100 * BRINK:g}",
         "within": f"{100 * ledger.CLOSE:g}",
         "wide": f"{ledger.WIDE:g}",
         "config": results.runs.config,
@@ -162,8 +166,8 @@ def _pin(models: Runs) -> dict[str, str]:
 def _agreeing(peaks: pd.DataFrame) -> dict[str, dict[str, str]]:
     """Return by hypothesis how many instants there are, and how many agree in the mean of all draws."""
     return {
-        str(name): {"of": str(len(rows))} | {key: number(rows[key].sum(), 2) for key in SHARES}
-        for name, rows in peaks.groupby("hypothesis", sort=False)
+        name: {"of": str(len(rows))} | {key: number(rows[key].sum(), 2) for key in SHARES}
+        for name, rows in ((each, peaks[peaks["hypothesis"] == each]) for each in HYPOTHESES)
     }
 
 
@@ -191,6 +195,8 @@ def _counts(judged: pd.DataFrame, entries: pd.DataFrame) -> dict[str, Any]:
     counts |= {str(size): int((judged["size"] == size).sum()) for size in Size}
     counts |= {"held": int(inside.sum())} | {key: int(judged[key].sum()) for key in ("without", "likely")}
     counts |= {"certain": int((inside & (judged["chance"] == 1.0)).sum())}
+    ends = judged[["low_without", "high_without"]].div(judged["id"].map(entries["printed_size"]), axis=0)
+    brink = list(judged["id"][((ends - 1.0).abs().min(axis=1) < BRINK) & ~judged["without"]])
     random: dict[str, dict[float, str]] = {}
     for key, end in (("held", ""), ("without", "_without")):
         rows = judged[[f"low{end}", "middle", f"high{end}", "u_input"]].to_numpy(np.float64)
@@ -201,7 +207,7 @@ def _counts(judged: pd.DataFrame, entries: pd.DataFrame) -> dict[str, Any]:
             random.setdefault(key, {})[factor] = number(sum(each.chance(factor) for each in known), 2)
             random.setdefault(f"{key}_likely", {})[factor] = share(ledger.at_least(counts[key], spans))
     expected = {f"{key}_expected": number(judged[f"{key}_chance"].sum(), 2) for key in ("form", "likely")}
-    return {**counts, "random": random, **expected}
+    return {**counts, "random": random, "brink": brink, **expected}
 
 
 def _size(value: float, entry: Entry, digits: int = 3) -> str:
@@ -243,8 +249,7 @@ def _written(entries: pd.DataFrame, judged: pd.DataFrame) -> pd.DataFrame:
 
 def _remarks(entry: Entry, judged: list[Entry]) -> list[str]:
     """Return what is to be known of an entry: what was fitted, geometry's bound, first cycle, samples."""
-    said = [f"fitted: {entry['fitted']}" if entry["fitted"] else ""]
-    said.append(f"in sight: {entry['sight']}" if entry["sight"] else "")
+    said = [f"{of}: {entry[key]}" for of, key in (("fitted", "fitted"), ("in sight", "sight")) if entry[key]]
     bound = quantity(entry["bound"], "m", 4)
     if entry["printed_size"] > entry["bound"]:
         said.append(f"geometry without penetration permits {bound}")
@@ -256,7 +261,7 @@ def _remarks(entry: Entry, judged: list[Entry]) -> list[str]:
             said.append(f"{each['hypothesis']}: the first cycle's alone {of}")
     if entry["missed"] > 1e-3 * entry["printed_size"]:
         said.append(f"samples miss about {share(entry['missed'] / entry['printed_size'])}")
-    return [each for each in said if each]
+    return said
 
 
 def _times(instants: pd.DataFrame) -> pd.DataFrame:
