@@ -24,7 +24,6 @@ from comparison.tables.channels import Array, channels
 LINES: dict[str, dict[str, Any]] = dict(zip(MODELS, svg.MODEL_LINES, strict=True))
 COLOURS = {model: line["color"] for model, line in LINES.items()}
 PRINTED: dict[str, Any] = {"color": svg.OUTSIDE, "marker": "o", "ms": 4, "mfc": "none", "ls": "", "zorder": 3}
-IDEAL: dict[str, Any] = {"color": svg.DIFFERENCE, "lw": 0.5}
 LIMIT: dict[str, Any] = {"color": svg.OUTSIDE, "dashes": (1, 2), "lw": 0.8}
 RANGE: dict[str, Any] = {"color": svg.THRESHOLD, "dashes": (3.5, 1.8), "lw": 0.8}
 """Lines of a printed range, and of the range of all cycles."""
@@ -127,7 +126,7 @@ def _responses(runs: Runs, path: Path) -> None:
             zero = still[0] if channel == "slider_y" else 0.0
             for panel, scene in zip(row, (CENTRAL, PIN), strict=True):
                 _both(panel, time, {m: runs.short[scene, m][0].values(channel)[shown] - zero for m in MODELS})
-                panel.plot(time, still[shown] - zero, label="ideal", **IDEAL)
+                panel.plot(time, still[shown] - zero, label="ideal", color=svg.DIFFERENCE, lw=0.5)
                 panel.set_xlim(time[0], time[-1])
         for panel in axes[0]:
             panel.plot(lowest.time, lowest.value, label="printed", **PRINTED)

@@ -90,7 +90,7 @@ def page(results: Results) -> Mapping[str, object]:
     some["velocities and accelerations, less those with clearance at the crank pin, "] = fast & ~pin
     some["less poisson-0.33, a near copy, "] = peaks["scene"] != ledger.POISSON
     timed = {part + name: _agreeing(peaks[a & b]) for part, a in some.items() for name, b in near.items()}
-    inside = judged[judged["without"]].merge(times[times["reach"] == REACH], on=["id", "hypothesis"])
+    inside = judged[judged["without"]].merge(peaks[peaks["reach"] == REACH], on=["id", "hypothesis"])
     fitted = entries.index[(entries["use"] == Use.CALIBRATION) & entries["quantity"].str.startswith("min_")]
     missed = results.judged[results.judged["id"].isin(fitted) & (results.judged["size"] == Size.OUTSIDE)]
     angles = instants[instants["id"].isin(fitted)].drop_duplicates("id").set_index("id")["at"]
@@ -140,10 +140,8 @@ def page(results: Results) -> Mapping[str, object]:
         "evidence": {name: rows.to_dict("records") for name, rows in shown.groupby("id")},
         "one_limit": ", ".join(quantity(limit, units[name], 2) for name, limit in results.limits.items()),
         "reach": f"{100 * REACH:g}",
-        "level": f"{100 * ledger.LEVEL:g}",
         "factor": f"{ledger.FACTOR:g}",
         "brink": f"{100 * BRINK:g}",
-        "within": f"{100 * ledger.CLOSE:g}",
         "wide": f"{ledger.WIDE:g}",
         "config": results.runs.config,
         "central": CENTRAL,
@@ -206,6 +204,8 @@ def _counts(judged: pd.DataFrame, entries: pd.DataFrame) -> dict[str, Any]:
             spans = pd.Series([each.powers(factor) for each in known], of.index).groupby(of).agg(list)
             random.setdefault(key, {})[factor] = number(sum(each.chance(factor) for each in known), 2)
             random.setdefault(f"{key}_likely", {})[factor] = share(ledger.at_least(counts[key], spans))
+            more = ledger.at_least(counts[key] + len(brink), spans)
+            random.setdefault(f"{key}_brink", {})[factor] = share(more)
     expected = {f"{key}_expected": number(judged[f"{key}_chance"].sum(), 2) for key in ("form", "likely")}
     return {**counts, "random": random, "brink": brink, **expected}
 
