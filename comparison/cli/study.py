@@ -154,8 +154,8 @@ def sweep(options: Sweep) -> int:
         spread = on_processes(jobs) if scheduler is None else on_cluster(scheduler)
         with progress(f"sweep of {base.name}", quiet=options.quiet) as report:
             usual = [f"max:{name}" for name in expected(base.data)] if base.is_linkage else USUAL
-            wanted = options.output or usual
-            path, failed = run_sweep(base, chosen, models, wanted, folder, spread, report)
+            quantities = options.output or usual
+            path, failed = run_sweep(base, chosen, models, quantities, folder, spread, report)
     except SweepError as error:
         raise typer.BadParameter(str(error)) from error
     if failed:
