@@ -2,19 +2,20 @@
 
 import json
 from collections.abc import Mapping
+from math import isnan, nan
 from typing import Any, NamedTuple
 
 import numpy as np
 from markupsafe import Markup
 
-from comparison.formatting import MISSING, NO_BREAK, number, percent, pretty_unit, quantity
+from comparison.formatting import MISSING, NO_BREAK, instant, number, percent, pretty_unit, quantity
 from comparison.metrics import SITUATIONS, touched
 from comparison.reliability.assessment import ROUNDING, Difference
 from comparison.report.svg import spans
 from comparison.scene.keys import flat
 from comparison.tables.channels import CONTACTS
 from comparison.verdict.results import ChannelComparison, SceneComparison
-from comparison.words.reliability import rounded
+from comparison.words.reliability import limit, rounded
 from comparison.words.since import Since, moved
 from comparison.words.verdicts import SYMBOLS, until
 
@@ -137,19 +138,25 @@ def attribution_table(scene: SceneComparison) -> Table | None:
     return _table("Refined", rows)
 
 
-def contact_table(scene: SceneComparison) -> Table | None:
-    """Return a row per corner (or pin) and one for all; None without contacts."""
+def contact_tables(scene: SceneComparison) -> tuple[Table | None, Table | None]:
+    """Return a row per corner (or pin) and one for all: of its contacts, and of the first; None of none."""
     names = touched(*scene.events)
     places = {CONTACTS.get(place, place): [place] for place in names}
     if places:
         places["all"] = names
-    rows: dict[str, Cells] = {}
+    rows, first = dict[str, Cells](), dict[str, Cells]()
     for name, among in places.items():
         sides = [
             (label, None if events is None else events[events["corner"].isin(among)])
             for label, events in zip(scene.labels, scene.events, strict=True)
         ]
         rows[name] = [("Number", label, MISSING if own is None else str(len(own))) for label, own in sides]
+        times = [nan if own is None else float(own["start"].min()) for _, own in sides]
+        starts = [MISSING if isnan(time) else f"{instant(time)}{NO_BREAK}s" for time in times]
+        starts.append(quantity(times[0] - times[1], "s"))
+        first[name] = [
+            ("Start", part, text) for part, text in zip((*scene.labels, "difference"), starts, strict=True)
+        ]
         for heading, (key, statistic, unit) in _CONTACTS.items():
             for label, own in sides:
                 text = MISSING
@@ -157,7 +164,7 @@ def contact_table(scene: SceneComparison) -> Table | None:
                     values = own["end"] - own["start"] if key == "duration" else own[key]
                     text = quantity(float(values.agg(statistic)), unit)
                 rows[name].append((heading, label, text))
-    return _table("Where", rows)
+    return _table("Where", rows), _table("First contact", first)
 
 
 def impact_table(scene: SceneComparison) -> Table | None:
@@ -208,7 +215,7 @@ def reliability_tables(scene: SceneComparison) -> tuple[Table | None, Table | No
     rows: dict[str, Cells] = {}
     intervals: dict[str, Cells] = {}
     for name, difference in scene.reliability.quantities.items() if scene.reliability else ():
-        models, limits, unit = (difference.a, difference.b), difference.a.limits, difference.a.unit
+        models = (difference.a, difference.b)
         errors = (difference.half_width, difference.sampling, difference.numerical)
         half, cycles, numerics = (number(error, 2) if np.isfinite(error) else MISSING for error in errors)
         at = ("cap" if model.capped[model.worst] else f"{model.angle[model.worst]:g}°" for model in models)
@@ -216,8 +223,7 @@ def reliability_tables(scene: SceneComparison) -> tuple[Table | None, Table | No
             "everywhere" if np.ptp(model.within) == 0.0 else f"{model.angle[model.within.argmin()]:g}°"
             for model in models
         )
-        lower = f"{quantity(limits.lower, unit)} to " if limits.lower else "≤ "
-        row = f"{name}, {lower}{quantity(limits.upper, unit)}"
+        row = f"{name}, {limit(difference.a)}"
         rows[row] = [
             *_verdict(difference.verdict),
             ("Smallest reliability R", a, rounded(difference.a.minimum)),
@@ -230,7 +236,7 @@ def reliability_tables(scene: SceneComparison) -> tuple[Table | None, Table | No
             ("Smallest P(|error| ≤ limit)", "at", ", ".join(dict.fromkeys(at_within))),
             ("R over the crank cycle", "", _curves(difference)),
         ]
-        largest = [quantity(float(np.abs(model.mean).max()), unit, 3) for model in models]
+        largest = [quantity(float(np.abs(model.mean).max()), model.unit, 3) for model in models]
         intervals[row] = [
             ("Largest mean error of an interval", a, largest[0]),
             ("Largest mean error of an interval", b, largest[1]),

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from comparison.execution.run import RunError
+from comparison.formatting import quantity
 from comparison.reliability.assessment import MARGIN, ROUNDING, Assessment, Difference, ReliabilityComparison
 from comparison.reliability.errors import MANY, QUANTITIES
 from comparison.reliability.tables import TableReliability
@@ -38,7 +39,33 @@ def line(comparison: ReliabilityComparison) -> str:
     return (
         f"{comparison.verdict}: smallest of {', '.join(smallest)}; "
         f"largest difference {abs(largest.minimum):.1e} {uncertainty}"
+        f"{''.join(f'; {text}' for text in (*undecided(comparison), _defaults(comparison)) if text)}"
     )
+
+
+def undecided(comparison: ReliabilityComparison) -> list[str]:
+    """Return for each undecided quantity how far the interval of its difference reaches, and why."""
+    lines = []
+    for name, own in comparison.quantities.items():
+        beyond = abs(own.minimum) + own.half_width - MARGIN
+        text = f"{name} is undecided: its difference, {own.minimum:.1e} ± {own.half_width:.1e}, "
+        text += f"includes zero and reaches {beyond:.1e} beyond {MARGIN:g}"
+        text += f"; the larger part of ± is {'cycles' if own.sampling >= own.numerical else 'numerics'}"
+        if not np.isfinite(own.half_width):
+            text = f"{name} is undecided: the numerical error of a run is not known"
+        lines += [text] if own.verdict == "undecided" else []
+    return lines
+
+
+def limit(own: Assessment) -> str:
+    """Return the limits of an error, with a mark where no scene states them."""
+    lower = f"{quantity(own.limits.lower, own.unit)} to " if own.limits.lower else "≤ "
+    return f"{lower}{quantity(own.limits.upper, own.unit)}{' (default)' * own.limits.is_default}"
+
+
+def _defaults(comparison: ReliabilityComparison) -> str:
+    names = [name for name, own in comparison.quantities.items() if own.a.limits.is_default]
+    return f"default limits, those of the press: {', '.join(names)}" if names else ""
 
 
 def notes(comparison: ReliabilityComparison) -> list[str]:
@@ -49,16 +76,16 @@ def notes(comparison: ReliabilityComparison) -> list[str]:
     if isinstance(comparison.settings, LinkageReliability):
         names = ", ".join(comparison.settings.channels.values())
         lines.insert(0, f"Errors of {names}, against the same linkage without clearance.")
-    return lines
+    texts = [*undecided(comparison), _defaults(comparison)]
+    return [*(f"{text[0].upper()}{text[1:]}." for text in texts if text), *lines]
 
 
 def _notes(settings: Reliability, quantities: Mapping[str, Sequence[Assessment]]) -> list[str]:
     size = "size of the error" if settings.errors == "absolute" else "signed error"
     limits, capped = [], []
     for name, tables in quantities.items():
-        limit, count = tables[0].limits, int(np.sum(np.all([own.capped for own in tables], axis=0)))
-        lower = f"{limit.lower:g} to " if limit.lower else ""
-        limits.append(f"{name} {lower}{limit.upper:g} {tables[0].unit}")
+        count = int(np.sum(np.all([own.capped for own in tables], axis=0)))
+        limits.append(f"{name} {limit(tables[0])}")
         capped += [f"{name} in {count} of {tables[0].angle.size} parts"] if count else []
     caps = " or ".join(dict.fromkeys(f"{tables[0].cap:.10f}" for tables in quantities.values()))
     cycles = int(next(iter(quantities.values()))[0].cycles.max())
@@ -129,6 +156,7 @@ def table_notes(result: TableReliability) -> list[str]:
             "Differ: the interval of the difference excludes zero. Agree: it holds zero and is within "
             f"{MARGIN:g}. Undecided: it holds zero and reaches further, or is not known in full."
         )
+        lines += [f"{text[0].upper()}{text[1:]}." for text in undecided(result.comparison)]
         if any(len(_half_widths(own)) < 2 for own in result.comparison.quantities.values()):
             lines.append(
                 "± holds what other cycles leave open, not the numerical error of the tables: "
