@@ -2,13 +2,13 @@
 
 import json
 from collections.abc import Mapping
-from math import isnan, nan
+from math import nan
 from typing import Any, NamedTuple
 
 import numpy as np
 from markupsafe import Markup
 
-from comparison.formatting import MISSING, NO_BREAK, instant, number, percent, pretty_unit, quantity
+from comparison.formatting import MISSING, NO_BREAK, number, percent, pretty_unit, quantity
 from comparison.metrics import SITUATIONS, touched
 from comparison.reliability.assessment import ROUNDING, Difference
 from comparison.report.svg import spans
@@ -29,12 +29,6 @@ _CONTACTS = {
     "Deepest": ("largest_depth", "max", "m"),
 }
 """Heading -> column of the event table, its statistic and unit."""
-_MEASURES = [
-    ("Peak, second − first", "at (s)", "peak_time_difference"),
-    ("Correlation", "", "correlation"),
-    ("Tube", "", "tube_share"),
-]
-"""Heading, subheading, metric."""
 
 
 class Table(NamedTuple):
@@ -133,37 +127,28 @@ def attribution_table(scene: SceneComparison) -> Table | None:
         ]
     if rows:
         gain = min(change.gain for change in result.refinements)
-        left = percent(result.remaining["both"])
-        rows["both"] = [("", "", left), ("", "", percent(1.0 / gain)), ("", "", ""), ("", "", "")]
+        texts = percent(result.remaining["both"]), percent(1.0 / gain), "", ""
+        rows["both"] = [("", "", text) for text in texts]
     return _table("Refined", rows)
 
 
 def contact_tables(scene: SceneComparison) -> tuple[Table | None, Table | None]:
     """Return a row per corner (or pin) and one for all: of its contacts, and of the first; None of none."""
     names = touched(*scene.events)
-    places = {CONTACTS.get(place, place): [place] for place in names}
-    if places:
-        places["all"] = names
+    places = {CONTACTS.get(place, place): [place] for place in names} | ({"all": names} if names else {})
     rows, first = dict[str, Cells](), dict[str, Cells]()
+    events = [own if own is None else own.assign(duration=own["end"] - own["start"]) for own in scene.events]
     for name, among in places.items():
-        sides = [
-            (label, None if events is None else events[events["corner"].isin(among)])
-            for label, events in zip(scene.labels, scene.events, strict=True)
-        ]
-        rows[name] = [("Number", label, MISSING if own is None else str(len(own))) for label, own in sides]
-        times = [nan if own is None else float(own["start"].min()) for _, own in sides]
-        starts = [MISSING if isnan(time) else f"{instant(time)}{NO_BREAK}s" for time in times]
-        starts.append(quantity(times[0] - times[1], "s"))
-        first[name] = [
-            ("Start", part, text) for part, text in zip((*scene.labels, "difference"), starts, strict=True)
-        ]
+        sides = [own if own is None else own[own["corner"].isin(among)] for own in events]
+        counts = [MISSING if own is None else str(len(own)) for own in sides]
+        rows[name] = [("Number", *cell) for cell in zip(scene.labels, counts, strict=True)]
         for heading, (key, statistic, unit) in _CONTACTS.items():
-            for label, own in sides:
-                text = MISSING
-                if own is not None and len(own):
-                    values = own["end"] - own["start"] if key == "duration" else own[key]
-                    text = quantity(float(values.agg(statistic)), unit)
-                rows[name].append((heading, label, text))
+            values = [nan if own is None else float(own[key].agg(statistic)) for own in sides]
+            texts = [quantity(value, unit) for value in values]
+            rows[name] += [(heading, *cell) for cell in zip(scene.labels, texts, strict=True)]
+        times = [nan if own is None else float(own["start"].min()) for own in sides]
+        texts = [*(quantity(time, "s", 6) for time in times), quantity(times[0] - times[1], "s")]
+        first[name] = [("Start", *cell) for cell in zip((*scene.labels, "difference"), texts, strict=True)]
     return _table("Where", rows), _table("First contact", first)
 
 
@@ -270,7 +255,9 @@ def information_table(scene: SceneComparison) -> Table | None:
     rows = {
         name: [
             ("Peak, second − first", "value", quantity(c.metrics["peak_difference"], c.unit)),
-            *((group, part, number(c.metrics[key], 2)) for group, part, key in _MEASURES),
+            ("Peak, second − first", "at (s)", number(c.metrics["peak_time_difference"], 2)),
+            ("Correlation", "", number(c.metrics["correlation"], 2)),
+            ("Tube", "", number(c.metrics["tube_share"], 2)),
         ]
         for name, c in scene.channels.items()
         if c.metrics

@@ -219,20 +219,15 @@ def load_scene(name_or_path: str | Path, overrides: Mapping[str, object] | None 
 
 
 def extended(scene: Scene) -> tuple[str, list[tuple[str, Any, Any]]]:
-    """Return the scene that a file extends, and the stated keys whose values differ, there and here.
-
-    Both may be empty; a base that is incomplete by itself cannot be compared.
-    """
+    """Return the scene that a file extends, and the stated keys whose values differ, there and here."""
     path = _locate(scene.source, Path(), scene.source).resolve()
     base = flat(tomllib.loads(contents(path, LARGEST_FILE))).get("scene.extends", "")
-    with suppress(SceneError):
-        there = load_scene(_locate(base, path.parent, path.stem)) if base else scene
-        sides = (
-            one.data | {"reliability": one.reliability.model_dump(), "scene": {}} for one in (there, scene)
-        )
-        stated = {*there.files, *scene.files, *scene.overrides}
-        return base, [change for change in differing(*sides) if change[0] in stated]
-    return base, []
+    there = scene
+    with suppress(SceneError):  # there is no base, or it is incomplete by itself
+        there = load_scene(_locate(base, path.parent, path.stem))
+    sides = ({**one.data, "reliability": one.reliability.model_dump(), "scene": {}} for one in (there, scene))
+    stated = {*there.files, *scene.files, *scene.overrides}
+    return base, [change for change in differing(*sides) if change[0] in stated]
 
 
 def as_scene(scene: Scene | str | Path) -> Scene:

@@ -333,11 +333,6 @@ class Limits(Section):
     upper: Positive
     """Upper limit of the permitted error."""
 
-    @property
-    def is_default(self) -> bool:
-        """Whether no scene states the upper limit."""
-        return "upper" not in self.model_fields_set
-
 
 class DisplacementLimits(Limits):
     """Limits for the displacement: ISO 2768-1 f for a length of 0.12 m to 0.4 m; the stroke is 0.224 m."""

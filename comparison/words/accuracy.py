@@ -52,11 +52,7 @@ def channels_line(scene: Scene) -> str:
 
 def changes_line(base: str, changes: Sequence[tuple[str, Any, Any]]) -> str:
     """Return the keys that differ from the scene that one extends, with its values; empty without any."""
-
-    def text(value: object) -> str:
-        return "not stated" if value is None else readable(value)
-
-    keys = ", ".join(f"{key} = {text(here)} ({text(there)})" for key, there, here in changes)
+    keys = ", ".join(f"{key} = {readable(here)} ({readable(there)})" for key, there, here in changes)
     return f"  changed     from {base}: {keys}" if keys else ""
 
 

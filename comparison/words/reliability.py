@@ -39,33 +39,28 @@ def line(comparison: ReliabilityComparison) -> str:
     return (
         f"{comparison.verdict}: smallest of {', '.join(smallest)}; "
         f"largest difference {abs(largest.minimum):.1e} {uncertainty}"
-        f"{''.join(f'; {text}' for text in (*undecided(comparison), _defaults(comparison)) if text)}"
+        f"{f'; {why}' if (why := undecided(comparison)) else ''}"
     )
 
 
-def undecided(comparison: ReliabilityComparison) -> list[str]:
-    """Return for each undecided quantity how far the interval of its difference reaches, and why."""
-    lines = []
+def undecided(comparison: ReliabilityComparison) -> str:
+    """Return how far the interval of each undecided difference reaches, and what widens it most."""
+    reasons = []
     for name, own in comparison.quantities.items():
         beyond = abs(own.minimum) + own.half_width - MARGIN
-        text = f"{name} is undecided: its difference, {own.minimum:.1e} ± {own.half_width:.1e}, "
+        most = "scatter of cycles" if own.sampling >= own.numerical else "numerics"
+        text = f"the difference of {name}, {own.minimum:.1e} ± {own.half_width:.1e} (mostly {most}), "
         text += f"includes zero and reaches {beyond:.1e} beyond {MARGIN:g}"
-        text += f"; the larger part of ± is {'cycles' if own.sampling >= own.numerical else 'numerics'}"
-        if not np.isfinite(own.half_width):
-            text = f"{name} is undecided: the numerical error of a run is not known"
-        lines += [text] if own.verdict == "undecided" else []
-    return lines
+        text = text if np.isfinite(beyond) else f"the numerical error of {name} is not known"
+        reasons += [text] if own.verdict == "undecided" else []
+    return "; ".join(reasons)
 
 
 def limit(own: Assessment) -> str:
-    """Return the limits of an error, with a mark where no scene states them."""
+    """Return the limits of an error, and whether no scene states them."""
     lower = f"{quantity(own.limits.lower, own.unit)} to " if own.limits.lower else "≤ "
-    return f"{lower}{quantity(own.limits.upper, own.unit)}{' (default)' * own.limits.is_default}"
-
-
-def _defaults(comparison: ReliabilityComparison) -> str:
-    names = [name for name, own in comparison.quantities.items() if own.a.limits.is_default]
-    return f"default limits, those of the press: {', '.join(names)}" if names else ""
+    default = "" if "upper" in own.limits.model_fields_set else "by default "
+    return f"{default}{lower}{quantity(own.limits.upper, own.unit)}"
 
 
 def notes(comparison: ReliabilityComparison) -> list[str]:
@@ -76,8 +71,7 @@ def notes(comparison: ReliabilityComparison) -> list[str]:
     if isinstance(comparison.settings, LinkageReliability):
         names = ", ".join(comparison.settings.channels.values())
         lines.insert(0, f"Errors of {names}, against the same linkage without clearance.")
-    texts = [*undecided(comparison), _defaults(comparison)]
-    return [*(f"{text[0].upper()}{text[1:]}." for text in texts if text), *lines]
+    return [f"Undecided: {why}.", *lines] if (why := undecided(comparison)) else lines
 
 
 def _notes(settings: Reliability, quantities: Mapping[str, Sequence[Assessment]]) -> list[str]:
@@ -106,7 +100,7 @@ def _notes(settings: Reliability, quantities: Mapping[str, Sequence[Assessment]]
 
 
 def _smallest(name: str, difference: Difference) -> str:
-    a, b = difference.a, difference.b
+    a, b, name = difference.a, difference.b, f"{name} ({limit(difference.a)})"
     values = " and ".join(dict.fromkeys(rounded(model.minimum) for model in (a, b)))
     if a.capped[a.worst] and b.capped[b.worst]:
         return f"{name} {values} (the cap)"
@@ -120,15 +114,13 @@ def table_rows(result: TableReliability, *, every: bool) -> list[tuple[str, ...]
     rows: list[tuple[str, ...]] = [(*head, "R", "95 % from", "to", "mean error", "deviation")]
     for name, tables in result.by_quantity.items():
         for label, own in tables.items():
-            low, high = own.low, own.high
-            low[own.worst], high[own.worst] = own.interval
             rows += [
                 (
                     f"{name} {label}",
                     f"{own.angle[k]:g}",
                     rounded(own.reliability[k]),
-                    rounded(low[k]),
-                    rounded(high[k]),
+                    rounded(own.low[k]),
+                    rounded(own.high[k]),
                     f"{own.mean[k]:.3g} {own.unit}",
                     f"{own.deviation[k]:.3g}",
                 )
@@ -156,7 +148,7 @@ def table_notes(result: TableReliability) -> list[str]:
             "Differ: the interval of the difference excludes zero. Agree: it holds zero and is within "
             f"{MARGIN:g}. Undecided: it holds zero and reaches further, or is not known in full."
         )
-        lines += [f"{text[0].upper()}{text[1:]}." for text in undecided(result.comparison)]
+        lines += [f"Undecided: {why}."] if (why := undecided(result.comparison)) else []
         if any(len(_half_widths(own)) < 2 for own in result.comparison.quantities.values()):
             lines.append(
                 "± holds what other cycles leave open, not the numerical error of the tables: "
