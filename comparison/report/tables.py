@@ -127,8 +127,8 @@ def attribution_table(scene: SceneComparison) -> Table | None:
         ]
     if rows:
         gain = min(change.gain for change in result.refinements)
-        texts = percent(result.remaining["both"]), percent(1.0 / gain), "", ""
-        rows["both"] = [("", "", text) for text in texts]
+        left = percent(result.remaining["both"])
+        rows["both"] = [("", "", left), ("", "", percent(1.0 / gain)), ("", "", ""), ("", "", "")]
     return _table("Refined", rows)
 
 

@@ -327,8 +327,10 @@ def toml(value: object) -> str:
 
 def readable(value: object) -> str:
     """Return a value as TOML, large and small numbers with an exponent; of None that it is not stated."""
-    brief = f"{value:g}" if isinstance(value, float) else "" if value is not None else "not stated"
-    return brief if value is None or ("e" in brief and float(brief) == value) else toml(value)
+    if value is None:
+        return "not stated"
+    brief = f"{value:g}" if isinstance(value, float) else ""
+    return brief if "e" in brief and float(brief) == value else toml(value)
 
 
 def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
