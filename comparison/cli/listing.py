@@ -1,6 +1,7 @@
 """``sixbar scenes``, ``channels``, ``plan``, ``keys``, ``new``: scenes, channels, keys and plans."""
 
 from dataclasses import asdict
+from itertools import chain
 from pathlib import Path
 from typing import Annotated
 
@@ -66,15 +67,16 @@ def channels(
 def plan(scene: console.SceneName, overrides: console.Overrides = None, json: console.AsJson = False) -> int:
     """Show what each model integrates for a scene, and the cost.
 
-    The plan also names what a model leaves out, and why. It refuses a scene that a model refuses.
+    The plan also names what a model leaves out, and why, and the keys whose values differ from those of the
+    scene that this one extends (in brackets). It refuses a scene that a model refuses.
     SCENE: a shipped scene or the path of a TOML file.
     """
     from comparison.accuracy.levels import plan as plan_run
     from comparison.execution.run import check_forces
     from comparison.models import MODELS
     from comparison.scene import load_scene, parse_set
-    from comparison.scene.loading import heavy_load
-    from comparison.words.accuracy import channels_line, plan_lines
+    from comparison.scene.loading import extended, heavy_load
+    from comparison.words.accuracy import changes_line, channels_line, plan_lines
 
     loaded = load_scene(scene, parse_set(overrides or []))
     forces = [check_forces(loaded, model) for model in MODELS]
@@ -83,8 +85,8 @@ def plan(scene: console.SceneName, overrides: console.Overrides = None, json: co
     plans = [plan_run(loaded, model) for model in MODELS]
     if json:
         return print_json([asdict(planned) for planned in plans])
-    lines = [channels_line(loaded), *(line for planned in plans for line in plan_lines(planned))]
-    say_wrapped(*lines, rest=" " * 14)
+    lines = [channels_line(loaded), changes_line(*extended(loaded)), *chain(*map(plan_lines, plans))]
+    say_wrapped(*filter(None, lines), rest=" " * 14)
     return 0
 
 

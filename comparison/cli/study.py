@@ -154,8 +154,7 @@ def sweep(options: Sweep) -> int:
         spread = on_processes(jobs) if scheduler is None else on_cluster(scheduler)
         with progress(f"sweep of {base.name}", quiet=options.quiet) as report:
             usual = [f"max:{name}" for name in expected(base.data)] if base.is_linkage else USUAL
-            wanted = options.output or usual
-            path, failed = run_sweep(base, chosen, models, wanted, folder, spread, report)
+            path, failed = run_sweep(base, chosen, models, options.output or usual, folder, spread, report)
     except SweepError as error:
         raise typer.BadParameter(str(error)) from error
     if failed:

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping
+from math import nan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ from comparison.report.svg import spans
 from comparison.scene.keys import flat
 from comparison.tables.channels import CONTACTS
 from comparison.verdict.results import ChannelComparison, SceneComparison
-from comparison.words.reliability import rounded
+from comparison.words.reliability import limit, rounded
 from comparison.words.since import Since, moved
 from comparison.words.verdicts import SYMBOLS, until
 
@@ -28,12 +29,6 @@ _CONTACTS = {
     "Deepest": ("largest_depth", "max", "m"),
 }
 """Heading -> column of the event table, its statistic and unit."""
-_MEASURES = [
-    ("Peak, second − first", "at (s)", "peak_time_difference"),
-    ("Correlation", "", "correlation"),
-    ("Tube", "", "tube_share"),
-]
-"""Heading, subheading, metric."""
 
 
 class Table(NamedTuple):
@@ -137,27 +132,24 @@ def attribution_table(scene: SceneComparison) -> Table | None:
     return _table("Refined", rows)
 
 
-def contact_table(scene: SceneComparison) -> Table | None:
-    """Return a row per corner (or pin) and one for all; None without contacts."""
+def contact_tables(scene: SceneComparison) -> tuple[Table | None, Table | None]:
+    """Return a row per corner (or pin) and one for all: of its contacts, and of the first; None of none."""
     names = touched(*scene.events)
-    places = {CONTACTS.get(place, place): [place] for place in names}
-    if places:
-        places["all"] = names
-    rows: dict[str, Cells] = {}
+    places = {CONTACTS.get(place, place): [place] for place in names} | ({"all": names} if names else {})
+    rows, first = dict[str, Cells](), dict[str, Cells]()
+    events = [own if own is None else own.assign(duration=own["end"] - own["start"]) for own in scene.events]
     for name, among in places.items():
-        sides = [
-            (label, None if events is None else events[events["corner"].isin(among)])
-            for label, events in zip(scene.labels, scene.events, strict=True)
-        ]
-        rows[name] = [("Number", label, MISSING if own is None else str(len(own))) for label, own in sides]
+        sides = [own if own is None else own[own["corner"].isin(among)] for own in events]
+        counts = [MISSING if own is None else str(len(own)) for own in sides]
+        rows[name] = [("Number", *cell) for cell in zip(scene.labels, counts, strict=True)]
         for heading, (key, statistic, unit) in _CONTACTS.items():
-            for label, own in sides:
-                text = MISSING
-                if own is not None and len(own):
-                    values = own["end"] - own["start"] if key == "duration" else own[key]
-                    text = quantity(float(values.agg(statistic)), unit)
-                rows[name].append((heading, label, text))
-    return _table("Where", rows)
+            values = [nan if own is None else float(own[key].agg(statistic)) for own in sides]
+            texts = [quantity(value, unit) for value in values]
+            rows[name] += [(heading, *cell) for cell in zip(scene.labels, texts, strict=True)]
+        times = [nan if own is None else float(own["start"].min()) for own in sides]
+        texts = [*(quantity(time, "s", 6) for time in times), quantity(times[0] - times[1], "s")]
+        first[name] = [("Start", *cell) for cell in zip((*scene.labels, "difference"), texts, strict=True)]
+    return _table("Where", rows), _table("First contact", first)
 
 
 def impact_table(scene: SceneComparison) -> Table | None:
@@ -208,7 +200,7 @@ def reliability_tables(scene: SceneComparison) -> tuple[Table | None, Table | No
     rows: dict[str, Cells] = {}
     intervals: dict[str, Cells] = {}
     for name, difference in scene.reliability.quantities.items() if scene.reliability else ():
-        models, limits, unit = (difference.a, difference.b), difference.a.limits, difference.a.unit
+        models = (difference.a, difference.b)
         errors = (difference.half_width, difference.sampling, difference.numerical)
         half, cycles, numerics = (number(error, 2) if np.isfinite(error) else MISSING for error in errors)
         at = ("cap" if model.capped[model.worst] else f"{model.angle[model.worst]:g}°" for model in models)
@@ -216,8 +208,7 @@ def reliability_tables(scene: SceneComparison) -> tuple[Table | None, Table | No
             "everywhere" if np.ptp(model.within) == 0.0 else f"{model.angle[model.within.argmin()]:g}°"
             for model in models
         )
-        lower = f"{quantity(limits.lower, unit)} to " if limits.lower else "≤ "
-        row = f"{name}, {lower}{quantity(limits.upper, unit)}"
+        row = f"{name}, {limit(difference.a)}"
         rows[row] = [
             *_verdict(difference.verdict),
             ("Smallest reliability R", a, rounded(difference.a.minimum)),
@@ -230,7 +221,7 @@ def reliability_tables(scene: SceneComparison) -> tuple[Table | None, Table | No
             ("Smallest P(|error| ≤ limit)", "at", ", ".join(dict.fromkeys(at_within))),
             ("R over the crank cycle", "", _curves(difference)),
         ]
-        largest = [quantity(float(np.abs(model.mean).max()), unit, 3) for model in models]
+        largest = [quantity(float(np.abs(model.mean).max()), model.unit, 3) for model in models]
         intervals[row] = [
             ("Largest mean error of an interval", a, largest[0]),
             ("Largest mean error of an interval", b, largest[1]),
@@ -264,7 +255,9 @@ def information_table(scene: SceneComparison) -> Table | None:
     rows = {
         name: [
             ("Peak, second − first", "value", quantity(c.metrics["peak_difference"], c.unit)),
-            *((group, part, number(c.metrics[key], 2)) for group, part, key in _MEASURES),
+            ("Peak, second − first", "at (s)", number(c.metrics["peak_time_difference"], 2)),
+            ("Correlation", "", number(c.metrics["correlation"], 2)),
+            ("Tube", "", number(c.metrics["tube_share"], 2)),
         ]
         for name, c in scene.channels.items()
         if c.metrics

@@ -191,6 +191,12 @@ def flat(section: Mapping[str, Any], above: str = "") -> dict[str, Any]:
     return keys
 
 
+def differing(first: Mapping[str, Any], second: Mapping[str, Any]) -> tuple[tuple[str, Any, Any], ...]:
+    """Return the dotted keys whose values differ in two sections, with both; None where one lacks the key."""
+    a, b = flat(first), flat(second)
+    return tuple((key, a.get(key), b.get(key)) for key in {**a, **b} if a.get(key) != b.get(key))
+
+
 def unboxed(value: object) -> object:
     """Convert a number of numpy, also in a dict, to Python's, which alone a strict type accepts."""
     if isinstance(value, Mapping):
@@ -320,7 +326,9 @@ def toml(value: object) -> str:
 
 
 def readable(value: object) -> str:
-    """Return a value as TOML, large and small numbers with an exponent."""
+    """Return a value as TOML, large and small numbers with an exponent; of None that it is not stated."""
+    if value is None:
+        return "not stated"
     brief = f"{value:g}" if isinstance(value, float) else ""
     return brief if "e" in brief and float(brief) == value else toml(value)
 

@@ -30,6 +30,7 @@ from comparison.scene.keys import (
     apply,
     combine,
     command_line,
+    differing,
     explain,
     flat,
     merged,
@@ -215,6 +216,18 @@ def load_scene(name_or_path: str | Path, overrides: Mapping[str, object] | None 
     path = _locate(source, Path(), source)
     files = {"scene.name": path.stem} | _read(path, ())
     return _checked(files, _combined(files, {}, overrides or {}), source)
+
+
+def extended(scene: Scene) -> tuple[str, list[tuple[str, Any, Any]]]:
+    """Return the scene that a file extends, and the stated keys whose values differ, there and here."""
+    path = _locate(scene.source, Path(), scene.source).resolve()
+    base = flat(tomllib.loads(contents(path, LARGEST_FILE))).get("scene.extends", "")
+    there = scene
+    with suppress(SceneError):  # there is no base, or it is incomplete by itself
+        there = load_scene(_locate(base, path.parent, path.stem))
+    sides = ({**one.data, "reliability": one.reliability.model_dump(), "scene": {}} for one in (there, scene))
+    stated = {*there.files, *scene.files, *scene.overrides}
+    return base, [change for change in differing(*sides) if change[0] in stated]
 
 
 def as_scene(scene: Scene | str | Path) -> Scene:

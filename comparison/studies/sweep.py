@@ -187,7 +187,7 @@ class SweepRun(Task):
     base: Scene
     point: Point
     model: str
-    wanted: tuple[str, ...]
+    quantities: tuple[str, ...]
 
     @property
     def identity(self) -> dict[str, Any]:
@@ -209,17 +209,17 @@ def run_point(task: SweepRun, progress: Progress) -> Row:
     del progress
     scene = task.base.with_values(task.point)
     run, ideal = run_one(scene, task.model), None
-    if any(name.startswith("peak_error:") for name in task.wanted):
+    if any(name.startswith("peak_error:") for name in task.quantities):
         # Its closed form is the reference model's, whoever runs the scene: all motion is the drive's.
         ideal = run_one(scene.with_values(IDEAL), "reference")
-    return {"values": {name: quantity(name, run, ideal, scene.period) for name in task.wanted}}
+    return {"values": {name: quantity(name, run, ideal, scene.period) for name in task.quantities}}
 
 
 def sweep(
     base: Scene,
     points: Sequence[Point],
     models: Sequence[str],
-    wanted: Sequence[str],
+    quantities: Sequence[str],
     folder: Path,
     spread: Spread,
     on_progress: Progress | None = None,
@@ -232,7 +232,7 @@ def sweep(
     `OSError`.
     """
     known = names(base.data)
-    for name in wanted:
+    for name in quantities:
         if name not in known:
             close = get_close_matches(name, known, n=1)
             hint = f"did you mean {close[0]!r}?" if close else f"such as {', '.join(USUAL)}"
@@ -245,14 +245,14 @@ def sweep(
     for model in models:
         find(model)
     folder.mkdir(parents=True, exist_ok=True)
-    tasks = [SweepRun(base, point, model, tuple(wanted)) for point in points for model in models]
+    tasks = [SweepRun(base, point, model, tuple(quantities)) for point in points for model in models]
     rows = measure_all(run_point, tasks, spread, on_progress, folder=folder / ROWS)
     numbers: dict[str, int] = {}
     keys = [digest(_texts(task.point)) for task in tasks]
     lines = [
         {"point": numbers.setdefault(key, len(numbers) + 1), **task.point, "model": task.model}
         | {"status": row["status"], "message": row["message"]}
-        | {name: row.get("values", {}).get(name) for name in task.wanted}
+        | {name: row.get("values", {}).get(name) for name in task.quantities}
         for task, row, key in zip(tasks, rows, keys, strict=True)
     ]
     path = folder / TABLE

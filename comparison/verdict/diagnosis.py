@@ -21,7 +21,7 @@ from comparison.accuracy.levels import finer
 from comparison.accuracy.uncertainty import Runs, observed_order
 from comparison.metrics import Fit, fit, rms
 from comparison.scene import Scene
-from comparison.scene.keys import flat
+from comparison.scene.keys import differing
 from comparison.tables.align import Shift, estimate, hermite
 from comparison.tables.table import Table
 from comparison.verdict.press import (
@@ -82,10 +82,8 @@ def differing_keys(a: Table, b: Table) -> tuple[tuple[str, Any, Any], ...]:
             return ()
         # `Table.scene` has the keys that an earlier version did not write.
         data = record if (scene := table.scene) is None else scene.data
-        sides.append(flat({key: data[key] for key in data if key not in ("scene", "solver", "output")}))
-    first, second = sides
-    names = [key for key in {**first, **second} if first.get(key) != second.get(key)]
-    return tuple((key, first.get(key), second.get(key)) for key in names)
+        sides.append({key: data[key] for key in data if key not in ("scene", "solver", "output")})
+    return differing(*sides)
 
 
 # ---- multiples, constants and delays of channels

@@ -140,8 +140,8 @@ def judge(
     states
         Number of states that are moved, the first columns of the table, or their names.
     n_jobs
-        Runs at a time; above 1 functions run in processes, and a script needs
-        ``if __name__ == "__main__":``.
+        Runs at a time; above 1 functions run in processes, each for ``limit`` (s) at most, and a script
+        needs ``if __name__ == "__main__":``.
     options
         Other keys of a pair file: ``size``, ``until``, ``coverage``, ``window``, ``scale``, ``mapping``,
         ``title``, ``limit`` and, of both sides, ``factor``, ``order``, ``stop``, ``interval``.

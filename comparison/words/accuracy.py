@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import degrees, inf, isfinite, isnan
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from comparison.accuracy.levels import Expected, Plan, formulation, setting_key
 from comparison.execution.run import Outcome
 from comparison.models import smallest
 from comparison.scene import Scene
+from comparison.scene.keys import readable
 from comparison.tables import channels
 
 if TYPE_CHECKING:  # they load scipy, which a single run does not need
@@ -46,6 +48,12 @@ def channels_line(scene: Scene) -> str:
     if (speed := scene.data["drive"].get("speed_rpm")) is not None:
         span = f"{scene.duration / scene.period:g} cycles at {speed:g} rpm"
     return f"{scene.name}: {span}, {len(channels.expected(scene.data))} channels ({groups})"
+
+
+def changes_line(base: str, changes: Sequence[tuple[str, Any, Any]]) -> str:
+    """Return the keys that differ from the scene that one extends, with its values; empty without any."""
+    keys = ", ".join(f"{key} = {readable(here)} ({readable(there)})" for key, there, here in changes)
+    return f"  changed     from {base}: {keys}" if keys else ""
 
 
 def plan_lines(plan: Plan) -> list[str]:

@@ -1,14 +1,13 @@
 """Sentences about a difference: causes found in the data, instant, confirmation and attribution."""
 
-import json
 from collections.abc import Sequence
 from math import ceil, isfinite, isnan, log10, nan
-from typing import Any
 
 import pandas as pd
 
 from comparison.formatting import NO_BREAK, percent, quantity
 from comparison.metrics import touched
+from comparison.scene.keys import readable
 from comparison.tables.channels import CONTACTS, PIN
 from comparison.tables.units import parse_unit
 from comparison.verdict.confirmation import ENOUGH_MEMBERS
@@ -94,7 +93,9 @@ def _cause_of(one: Cause, scene: SceneComparison) -> str:
     known = _round(one.value, one.uncertainty)
     match one.kind:
         case "keys":
-            keys = [f"{key} is {_json(its)} in {a} and {_json(own)} in {b}" for key, its, own in one.keys]
+            keys = [
+                f"{key} is {readable(its)} in {a} and {readable(own)} in {b}" for key, its, own in one.keys
+            ]
             more = len(keys) - _FEW
             return "; ".join(keys[:_FEW] + [f"{more} more keys of the scenes differ"] * (more > 0))
         case "ratio":
@@ -157,10 +158,6 @@ def _named(channels: Sequence[str]) -> str:
     if len(channels) <= _FEW:
         return " and ".join(filter(None, (", ".join(channels[:-1]), channels[-1]))) if channels else ""
     return f"{', '.join(channels[: _FEW - 1])} and {len(channels) - _FEW + 1} more channels"
-
-
-def _json(value: Any) -> str:
-    return "not stated" if value is None else json.dumps(value, ensure_ascii=False)
 
 
 def _round(value: float, uncertainty: float, unit: str = "", *, sign: bool = False) -> str:

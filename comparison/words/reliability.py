@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from comparison.execution.run import RunError
+from comparison.formatting import quantity
 from comparison.reliability.assessment import MARGIN, ROUNDING, Assessment, Difference, ReliabilityComparison
 from comparison.reliability.errors import MANY, QUANTITIES
 from comparison.reliability.tables import TableReliability
@@ -38,7 +39,28 @@ def line(comparison: ReliabilityComparison) -> str:
     return (
         f"{comparison.verdict}: smallest of {', '.join(smallest)}; "
         f"largest difference {abs(largest.minimum):.1e} {uncertainty}"
+        f"{f'; {why}' if (why := undecided(comparison)) else ''}"
     )
+
+
+def undecided(comparison: ReliabilityComparison) -> str:
+    """Return how far the interval of each undecided difference reaches, and what widens it most."""
+    reasons = []
+    for name, own in comparison.quantities.items():
+        beyond = abs(own.minimum) + own.half_width - MARGIN
+        most = "scatter of cycles" if own.sampling >= own.numerical else "numerics"
+        text = f"the difference of {name}, {own.minimum:.1e} ± {own.half_width:.1e} (mostly {most}), "
+        text += f"includes zero and reaches {beyond:.1e} beyond {MARGIN:g}"
+        text = text if np.isfinite(beyond) else f"the numerical error of {name} is not known"
+        reasons += [text] if own.verdict == "undecided" else []
+    return "; ".join(reasons)
+
+
+def limit(own: Assessment) -> str:
+    """Return the limits of an error, and whether no scene states them."""
+    lower = f"{quantity(own.limits.lower, own.unit)} to " if own.limits.lower else "≤ "
+    default = "" if "upper" in own.limits.model_fields_set else "by default "
+    return f"{default}{lower}{quantity(own.limits.upper, own.unit)}"
 
 
 def notes(comparison: ReliabilityComparison) -> list[str]:
@@ -49,16 +71,15 @@ def notes(comparison: ReliabilityComparison) -> list[str]:
     if isinstance(comparison.settings, LinkageReliability):
         names = ", ".join(comparison.settings.channels.values())
         lines.insert(0, f"Errors of {names}, against the same linkage without clearance.")
-    return lines
+    return [f"Undecided: {why}.", *lines] if (why := undecided(comparison)) else lines
 
 
 def _notes(settings: Reliability, quantities: Mapping[str, Sequence[Assessment]]) -> list[str]:
     size = "size of the error" if settings.errors == "absolute" else "signed error"
     limits, capped = [], []
     for name, tables in quantities.items():
-        limit, count = tables[0].limits, int(np.sum(np.all([own.capped for own in tables], axis=0)))
-        lower = f"{limit.lower:g} to " if limit.lower else ""
-        limits.append(f"{name} {lower}{limit.upper:g} {tables[0].unit}")
+        count = int(np.sum(np.all([own.capped for own in tables], axis=0)))
+        limits.append(f"{name} {limit(tables[0])}")
         capped += [f"{name} in {count} of {tables[0].angle.size} parts"] if count else []
     caps = " or ".join(dict.fromkeys(f"{tables[0].cap:.10f}" for tables in quantities.values()))
     cycles = int(next(iter(quantities.values()))[0].cycles.max())
@@ -79,7 +100,7 @@ def _notes(settings: Reliability, quantities: Mapping[str, Sequence[Assessment]]
 
 
 def _smallest(name: str, difference: Difference) -> str:
-    a, b = difference.a, difference.b
+    a, b, name = difference.a, difference.b, f"{name} ({limit(difference.a)})"
     values = " and ".join(dict.fromkeys(rounded(model.minimum) for model in (a, b)))
     if a.capped[a.worst] and b.capped[b.worst]:
         return f"{name} {values} (the cap)"
@@ -93,15 +114,13 @@ def table_rows(result: TableReliability, *, every: bool) -> list[tuple[str, ...]
     rows: list[tuple[str, ...]] = [(*head, "R", "95 % from", "to", "mean error", "deviation")]
     for name, tables in result.by_quantity.items():
         for label, own in tables.items():
-            low, high = own.low, own.high
-            low[own.worst], high[own.worst] = own.interval
             rows += [
                 (
                     f"{name} {label}",
                     f"{own.angle[k]:g}",
                     rounded(own.reliability[k]),
-                    rounded(low[k]),
-                    rounded(high[k]),
+                    rounded(own.low[k]),
+                    rounded(own.high[k]),
                     f"{own.mean[k]:.3g} {own.unit}",
                     f"{own.deviation[k]:.3g}",
                 )
@@ -129,6 +148,7 @@ def table_notes(result: TableReliability) -> list[str]:
             "Differ: the interval of the difference excludes zero. Agree: it holds zero and is within "
             f"{MARGIN:g}. Undecided: it holds zero and reaches further, or is not known in full."
         )
+        lines += [f"Undecided: {why}."] if (why := undecided(result.comparison)) else []
         if any(len(_half_widths(own)) < 2 for own in result.comparison.quantities.values()):
             lines.append(
                 "± holds what other cycles leave open, not the numerical error of the tables: "

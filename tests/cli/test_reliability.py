@@ -55,6 +55,7 @@ def test_two_foreign_tables(tables):
     said = tables(*COMMAND.replace("a.csv", "a.mat").split(), "--period", CYCLE, "--json", code=3)
     assert "Not computed: acceleration, where slider_ay is missing: b.tab." in said.err
     assert "The limits are those of scene 'paper'. The crank cycle takes 0.5 s." in said.err
+    assert "Undecided: the numerical error of displacement is not known." in said.err
     numbers = tables.numbers
     assert (numbers["verdict"], numbers["period"]) == ("undecided", CYCLE)
     assert numbers["missing"] == {"velocity": ["a.mat", "b.tab"], "acceleration": ["b.tab"]}

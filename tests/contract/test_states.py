@@ -70,11 +70,15 @@ BOUNDS = {
     "exudyn-index2": (1.8e-9, 1e-9, 1e-6),
     "exudyn-tree": (1e-14, 1e-13, 1e-10),
 }
+# Of reactions and torque where a force jumps: the trapezoidal rule damps nothing, so what a jump leaves in
+# them stays, with a sign that changes from step to step: the mean of two states errs by 1e-6. Measured are
+# 3.2e-4 at this step, at any tolerance of Newton's method, 2.1e-4 at half of it, 5e-5 at a quarter.
+RINGING = 1e-3
 ORDER = {"m": 0, "rad": 0, "m/s": 1, "rad/s": 1}
 INTEGRALS = {"time", *(f"energy_{name}" for name in ("drive", "gravity", "damping", "friction", "residual"))}
 
 
-def assert_page(simulated, engines, rows, bounds):
+def assert_page(simulated, engines, rows, bounds, of_joints=0.0):
     """Compare all channels but sums over time with the page's in these rows."""
     columns, largest = simulated.columns, {}
     units = {name: channels()[name].unit for name in columns if name not in INTEGRALS}
@@ -83,13 +87,12 @@ def assert_page(simulated, engines, rows, bounds):
     pages = [engine.channels(start := engine.start(), start) for engine in engines]
     for name, unit in units.items():
         apart = np.abs([page[name] for page in pages] - columns[name][rows]).max()
-        assert apart <= bounds[ORDER.get(unit, 2)] * largest[unit], name
+        least = of_joints if name.startswith(("reaction", "crank_torque")) else 0.0
+        assert apart <= max(bounds[ORDER.get(unit, 2)], least) * largest[unit], name
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_a_slider_with_clearance(run, variant, name):
-    if (variant, name) == ("exudyn-index2", "switching"):
-        pytest.skip("Newton's method leaves 3e-4 of the reactions where the force jumps")
     simulated = run(variant, *SCENES[name])
     columns, events, time = simulated.columns, simulated.result.events, simulated.columns["time"]
     start = [columns[f"slider_{part}"][0] for part in ("x", "y", "angle", "vx", "vy", "omega")]
@@ -110,7 +113,8 @@ def test_a_slider_with_clearance(run, variant, name):
         motion = (columns[f"slider_{part}"][row] for part in ("x", "angle", "vx", "omega"))
         engines.append(at_time(simulated.scene, time[row], *motion))
         engines[-1].v_i[:4] = speeds[row]
-    assert_page(simulated, engines, rows, BOUNDS[variant])
+    rings = (variant, name) == ("exudyn-index2", "switching")
+    assert_page(simulated, engines, rows, BOUNDS[variant], RINGING * rings)
 
 
 @pytest.mark.parametrize("case", TURNS)

@@ -10,7 +10,7 @@ import pandas as pd
 from outline import Outline, page, words
 
 from comparison.accuracy.uncertainty import Runs
-from comparison.formatting import number, percent
+from comparison.formatting import number, percent, quantity
 from comparison.reliability.assessment import ReliabilityComparison, compare_reliability
 from comparison.report.page import render
 from comparison.scene.schema import Reliability
@@ -100,6 +100,9 @@ def test_every_channel_is_in_the_table_or_named(differing):
 def test_contacts_impacts_and_situations_of_both_models_stand_side_by_side(scene):
     html, events = page(scene), scene.events[0]
     assert int(rows(html, "Contacts of")["lower left"][0]) == (events["corner"] == "ll").sum()
+    a, b = (own["start"][own["corner"] == "ll"].min() for own in scene.events)
+    starts = [text(each) for each in (quantity(a, "s", 6), quantity(b, "s", 6), quantity(a - b, "s"))]
+    assert rows(html, "First contacts of")["lower left"] == starts
     for cells, matched in zip(rows(html, "Impacts of").values(), scene.impacts.values(), strict=True):
         assert cells[:3] == [str(matched.count_a), str(matched.count_b), str(len(matched.pairs))]
     end = scene.time[-1]
@@ -132,9 +135,14 @@ def test_the_reliability_of_both_models_and_their_difference(scene):
     quantities = compare_reliability(
         (runs(15.0 + bump), runs(15.4 + bump)), (runs(0.0),) * 2, 0.4, settings, 2.0
     )
+    wide = quantities["displacement"] = replace(quantities["displacement"], numerical=3e-3)
     html = page(replace(scene, reliability=ReliabilityComparison(settings, quantities)))
     acceleration = quantities["acceleration"]
-    cells = rows(html, 'Reliability of scene press, standard tier"')["acceleration, ≤ 150 m/s²"]
+    assert (
+        f"± 3.0e-03 (mostly numerics), includes zero and reaches {abs(wide.minimum) + 2e-3:.1e} beyond 0.001"
+        in html
+    )
+    cells = rows(html, 'Reliability of scene press, standard tier"')["acceleration, by default ≤ 150 m/s²"]
     assert cells[0] == f"{'✗' if acceleration.verdict == 'differ' else '✓'} {acceleration.verdict}"
     assert cells[1:4] == [f"{acceleration.a.minimum:.5f}", f"{acceleration.b.minimum:.5f}", "108°"]
     assert cells[4:6] == [number(acceleration.minimum, 2), number(acceleration.half_width, 2)]
