@@ -113,10 +113,8 @@ def test_the_exponent_to_believe_is_that_of_the_smallest_distance_at_which_it_is
     ("reference", "exudyn", "expected"),
     [
         ([(2.0, 0.0), (1.0, 0.9)], [(2.0, 0.0)], Chaos.CHAOTIC),  # a bound above zero says nothing
-        ([(2.0, 0.0)], [(2.0, 0.9)], Chaos.UNDECIDED),  # one model alone measures it
         ([(0.1, 0.0)], [(2.0, 0.0)], Chaos.UNDECIDED),  # one interval holds zero
         ([(-2.0, 0.0), (-1.0, 0.9)], [(-2.0, 0.9)], Chaos.REGULAR),  # a bound below zero is enough
-        ([], [], Chaos.UNDECIDED),
     ],
 )
 def test_a_scene_is_chaotic_where_every_run_of_both_models_that_measures_it_says_so(
@@ -127,7 +125,6 @@ def test_a_scene_is_chaotic_where_every_run_of_both_models_that_measures_it_says
         for model, runs in (("reference", reference), ("exudyn", exudyn))
         for k, (value, collapsed) in enumerate(runs)
     }
-    best["another", "reference", 1e-10] = Exponent(9.0, 8.0, 10.0, 0.0)
     assert verdict(best, MAIN) is expected
 
 
@@ -154,8 +151,3 @@ def test_stages_from_flight_to_flight_are_the_run():
         when, stages = end, stages + 1
     # The rest at the wall takes a quarter of the cycle in one stage.
     assert 5 <= stages <= 1 / SHORTEST
-    # Just after the rest the slider crosses its clearance and meets nothing: rounding is left, and the local
-    # errors of some steps at 1e-12 rad x 0.24 m.
-    begin = next(k for k in range(round(0.82 * PER_CYCLE), PER_CYCLE) if flying[k : k + 5].all())
-    apart = (press.perturbed(whole[begin], begin, begin + 4) - whole[begin + 4]) * scale(scene)
-    assert np.linalg.norm(apart) < 1e-12
