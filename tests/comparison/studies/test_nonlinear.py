@@ -113,8 +113,10 @@ def test_the_exponent_to_believe_is_that_of_the_smallest_distance_at_which_it_is
     ("reference", "exudyn", "expected"),
     [
         ([(2.0, 0.0), (1.0, 0.9)], [(2.0, 0.0)], Chaos.CHAOTIC),  # a bound above zero says nothing
+        ([(2.0, 0.0)], [(2.0, 0.9)], Chaos.UNDECIDED),  # one model alone measures it
         ([(0.1, 0.0)], [(2.0, 0.0)], Chaos.UNDECIDED),  # one interval holds zero
         ([(-2.0, 0.0), (-1.0, 0.9)], [(-2.0, 0.9)], Chaos.REGULAR),  # a bound below zero is enough
+        ([], [], Chaos.UNDECIDED),
     ],
 )
 def test_a_scene_is_chaotic_where_every_run_of_both_models_that_measures_it_says_so(
@@ -125,6 +127,7 @@ def test_a_scene_is_chaotic_where_every_run_of_both_models_that_measures_it_says
         for model, runs in (("reference", reference), ("exudyn", exudyn))
         for k, (value, collapsed) in enumerate(runs)
     }
+    best["another", "reference", 1e-10] = Exponent(9.0, 8.0, 10.0, 0.0)
     assert verdict(best, MAIN) is expected
 
 

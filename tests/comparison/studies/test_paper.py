@@ -353,6 +353,13 @@ def test_drawn_inputs_are_in_their_bounds_and_the_geometry_meets_the_printed_fac
     assert runs.draw(scene, 11) != runs.draw(scene, 10)
 
 
+def test_draws_that_do_not_succeed_leave_their_reasons():
+    one = runs.Draw(CENTRAL, ("F9-210-d",), CONFIG, {}, changes={"contact.poisson": 0.7})
+    (ensemble,) = runs.run_draws([(one, 2)], 1, None)
+    assert ensemble.shown.empty
+    assert ["contact.poisson = 0.7 must" in failure for failure in ensemble.failures] == [True, True]
+
+
 # ---- statements
 
 AS_THE_PAPER_SAYS = {

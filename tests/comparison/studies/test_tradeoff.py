@@ -71,3 +71,15 @@ def test_a_bound_is_three_times_the_largest_error_and_no_less_than_that_of_a_fin
     table = tomllib.loads(study.named_table(rows))
     assert table["a"]["minimal"] == {"error": [3e-6, 3e-9, 3e-10], "seconds": [4.0] * 3}
     assert table["a"]["tree"]["error"] == [3e-7, 3e-9, 3e-10]
+
+
+@pytest.mark.usefixtures("own_cache")
+def test_a_measured_run_has_its_error_against_the_exact_one():
+    scene = study.first_cycle(SCENE).variant({"drive.cycles": 1.0, "output.groups": []})
+    coarse, fine = (
+        study.measure(study.Timed(SCENE, 0, "reference", "minimal", each), lambda _: None)
+        for each in (scene.variant({"solver.reference.tolerance": value}) for value in (1e-6, 1e-9))
+    )
+    # A thousandth of the tolerance; single runs scatter around their line by a factor of up to 10 either way.
+    assert 0 < fine["error"] < 1e-1 * coarse["error"]
+    assert coarse["evaluations"] < fine["evaluations"]

@@ -15,6 +15,7 @@ from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import run_here
 from comparison.models import MODELS
 from comparison.scene import load_scene
+from comparison.scene.keys import flat
 from comparison.studies.shared.scenes import at_tier
 from comparison.studies.trust import adjudication, judge, population, study
 from comparison.studies.trust import faults as seeded
@@ -85,6 +86,11 @@ def test_the_same_scene_is_drawn_every_time_and_the_pushed_ones_start_between_th
         start, length = data["initial"], data["mechanism"]["slider"]["length"]
         outermost = abs(start["slider_offset"]) + abs(start["slider_angle"]) * length / 2
         assert data["joints"]["slider"] == "ideal" or outermost < data["clearance"]["slider"]
+    # Users change one key to three.
+    scene, rng = load_scene("both-clearances"), np.random.default_rng(2)
+    before, users = flat(scene.data), [flat(population.changed(scene, rng).data) for _ in range(50)]
+    keys = [key for key in before if not key.startswith("scene.")]
+    assert {sum(after[key] != before[key] for key in keys) for after in users} == {1, 2, 3}
 
 
 def test_random_linkages_are_the_same_every_time_and_start_in_their_gaps_with_a_fault_in_one_model():
@@ -190,6 +196,9 @@ def test_the_model_errs_whose_own_code_stands_with_the_other(wrong):
     errs, why = adjudication.adjudicate(result, runs, scene)
     assert errs == wrong, why
     assert "its own code stands with the other model's run" in why
+    row = Comparison(scene, "tight").row()
+    assert row["verdict"] == "agree"
+    assert not any(row[key] for key in ("confirmation", "failed", "errs", "reason"))
 
 
 # ---- what is written
