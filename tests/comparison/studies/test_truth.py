@@ -43,7 +43,7 @@ def test_a_run_that_errs_by_root_two_u_in_some_intervals_is_outside_in_exactly_t
     outside = [one for one in intervals if one["largest"] > LIMIT]
     assert [one["start"] for one in outside] == pytest.approx([k / 20 for k in wrong])
     assert [one["end"] for one in intervals] == pytest.approx([(k + 1) / 20 for k in range(20)])
-    assert [one["part"] for one in outside] == pytest.approx([1.42e-3] * len(wrong))  # of 0.01 * 1e-4
+    assert [one["part"] for one in outside] == pytest.approx([4.23e-3] * len(wrong))  # of 1e-6
     assert {one["name"] for one in outside} <= {"slider_x"}
 
 
