@@ -31,14 +31,7 @@ id => {
   const pulses = v.data.pulses.map(list => list.filter(p => p.end > low && p.start < high));
   const [name] = v.data.places[pulses[0][0].corner];
   const at = v.data.channels.filter(c => v.shown.has(c.name)).findIndex(c => c.name === name);
-  const plot = v.plots[2 * at], ink = [...plot.root.querySelectorAll("canvas")][0].getContext("2d");
-  const {width, height} = ink.canvas, all = ink.getImageData(0, 0, width, height).data;  // read once
-  const drawn = pulses.map(([p]) => {
-    const i = p.n.findIndex(n => n > 0.5 * p.most);
-    const [x, y] = [plot.valToPos(p.t[i], "x", true), plot.valToPos(p.n[i], "y", true)];
-    return all[4 * (Math.round(y) * width + Math.round(x)) + 3] > 100;
-  });
-  return {pulses, drawn, top: plot.scales.y.max};
+  return {pulses, top: v.plots[2 * at].scales.y.max};
 }
 """
 SCHEMATIC = """
@@ -134,8 +127,6 @@ def test_impacts_are_reached_one_by_one_with_both_pulses_up_to_the_peaks_of_the_
     # Both peaks are inside the axes, and reach at least half of their height.
     peaks = [event["peak_force"] for event in both]
     assert max(peaks) < seen["top"] < 2 * max(peaks)
-    # Half-way up their flanks, where no sample is.
-    assert seen["drawn"] == [True, True]
     said = f"peak {peaks[0]:.4g} N (reference), {peaks[1]:.4g} N (exudyn)"
     assert said in page.locator(readout).inner_text()
 
@@ -148,41 +139,6 @@ def test_the_first_sample_beyond_is_found(show, comparisons):
     page = opened(show)
     press(page, "o")
     assert "No sample is beyond 2 u" in page.locator(f"{PLOTS} .readout").inner_text()
-
-
-STEM = """
-([id, span]) => {
-  const v = [...viewers.values()].find(v => "#" + v.key === id);
-  const shown = v.data.channels.filter(c => v.shown.has(c.name));
-  const at = shown.findIndex(c => c.name === "corner_ll_normal"), plot = v.plots[2 * at + 1];
-  const size = shown[at].sizes[0], zero = i => !size[i];
-  const alone = size.findIndex((s, i) => s > 0 && zero(i - 1) && zero(i + 1)), t = v.data.t[alone];
-  if (span) v.zoom(t - 0.4 * span, t + 0.6 * span);
-  return new Promise(done => setTimeout(() => {
-    const canvas = plot.root.querySelector("canvas"), ink = canvas.getContext("2d");
-    const x = [-1, 0, 1].map(k => Math.round(plot.valToPos(v.data.t[alone + k], "x", true)));
-    const top = plot.valToPos(size[alone], "y", true), foot = plot.bbox.top + plot.bbox.height;
-    const row = [...ink.getImageData(x[0], Math.round((top + foot) / 2), x[2] - x[0] + 1, 1).data];
-    // The line is #1c1c1c, half opaque where it falls between two pixels; the threshold is #6f6f6f.
-    const inked = k => k % 4 === 0 && row[k] < 80 && row[k + 3] > 100;
-    const dark = row.flatMap((_, k) => inked(k) ? [Math.abs(k / 4 - (x[1] - x[0]))] : []);
-    done([alone, x[2] - x[0], dark]);
-  }, 100));
-}
-"""
-
-
-@pytest.mark.parametrize("span", [None, 0.001])
-def test_a_difference_between_exact_zeros_stands_as_a_stem_at_every_zoom(show, span):
-    """On a logarithmic axis it is neither a line nor a point."""
-    page = opened(show)
-    page.locator(f"{PLOTS} .picker input[name=corner_ll_normal]").check()
-    alone, width, dark = page.evaluate(STEM, [PLOTS, span])
-    assert alone > 0
-    assert (width > 100) == (span is not None)
-    # At its instant, and nowhere between the samples, where both forces may be zero.
-    assert dark
-    assert max(dark) <= 2
 
 
 def test_channels_and_ratio_can_be_chosen(show):
@@ -264,8 +220,6 @@ def test_the_schematic_moves_with_the_cursor_and_plays_forward_from_an_impact_to
     assert stopped["index"] > at
     assert stopped["range"][0] <= stopped["time"] <= stopped["range"][1]
     assert stopped["range"][1] - stopped["range"][0] == pytest.approx(end - jumped["range"][0])
-    page.wait_for_timeout(200)  # five pictures
-    assert state(page)["index"] == stopped["index"]
     page.locator(f"{PLOTS} input[type=range]").evaluate(
         "e => { e.value = 0.79; e.dispatchEvent(new Event('input')); }"
     )
@@ -276,10 +230,3 @@ def test_the_schematic_moves_with_the_cursor_and_plays_forward_from_an_impact_to
         "return v.index === v.data.t.length - 1 && !v.timer; }",
         arg=PLOTS,
     )
-
-
-def test_plots_fit_a_phone(show):
-    page = opened(show, width=390, height=844, has_touch=True)
-    assert page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth") == 0
-    box = page.locator(f"{PLOTS} canvas").first.bounding_box()
-    assert 0 <= box["x"] < box["x"] + box["width"] <= 390

@@ -92,18 +92,6 @@ def test_a_link_of_the_overview_opens_its_scene_and_the_navigation_stays_in_view
     assert heading["y"] >= bar["height"]
 
 
-@pytest.mark.parametrize("width", [1440, 390])
-def test_a_link_to_a_scene_shows_its_name_and_its_verdict(show, width):
-    """Below the bar that stays in view, once the plots of what is above have got their heights."""
-    page = show(width, anchor="#underestimated")
-    page.wait_for_timeout(1000)
-    title, bar = (page.locator(name).bounding_box() for name in ("#underestimated > summary", ".contents"))
-    assert bar["y"] + bar["height"] <= title["y"] + 1
-    assert title["y"] + title["height"] < 900
-    assert "underestimated ✓ agree" in page.locator("#underestimated > summary").inner_text()
-    assert page.locator("#underestimated .card").first.is_visible()
-
-
 def test_a_page_that_lacks_a_scene_is_not_green(show, comparisons, tmp_path):
     path = tmp_path / "a.html"
     html = render(comparisons[:1], title="Press", command="sixbar validate", missing=["late"])
@@ -116,13 +104,53 @@ def test_a_page_that_lacks_a_scene_is_not_green(show, comparisons, tmp_path):
 
 
 def test_drawings_stand_in_for_the_plots_in_print_and_without_scripts(show):
-    on_screen, printed, without = (
-        show(anchor="#fault"),
-        show(anchor="#fault"),
-        show(java_script_enabled=False),
-    )
+    on_screen, printed = show(anchor="#fault"), show(anchor="#fault")
+    without = show(java_script_enabled=False)
     printed.emulate_media(media="print")
     without.locator("details.scene > summary").nth(1).click()
     for page, drawn in ((on_screen, False), (printed, True), (without, True)):
         assert page.locator("#fault .static svg").first.is_visible() == drawn
         assert page.locator("#fault .viewer").is_visible() != drawn
+
+
+# ---- what a reader sees of each kind of verdict: named, first, in words and numbers
+
+MOVED = ["slider_x, |E|/2u (99%) = ", "the difference is -1e-06 m"]
+ORDER = ["crashed", "fault", "confirmed", "undecided", "press", "underestimated"]
+
+
+SHADE = """name => {
+  const s = document.createElement("span"); s.style.color = `var(--${name})`; document.body.append(s);
+  const c = getComputedStyle(s).color; s.remove(); return c;
+}"""
+
+
+def test_the_worst_scenes_come_first_and_are_named_in_the_headline(show):
+    page = show()
+    assert page.locator(".grid tbody th").all_inner_texts() == ORDER
+    assert page.locator(".lead .verdict").inner_text().split(maxsplit=1)[1] == "cannot compare"
+    named = page.locator(".failing a").all_inner_texts()
+    assert [text.split(",")[0] for text in named] == ORDER[:4]
+
+
+@pytest.mark.parametrize(
+    ("scene", "sign", "shade", "said"),
+    [
+        ("crashed", "!", "bad", ["the exudyn run did not succeed: crashed", "--model exudyn"]),
+        ("fault", "✗", "bad", [*MOVED, "unconfirmed, 3 runs", "formulation="]),
+        ("undecided", "?", "open", ["are indeterminate", "required: at least 50%", "--accuracy strict"]),
+        ("press", "✓", "good", ["excited channels agree, nearest to its limit"]),
+    ],
+)
+def test_each_verdict_says_what_how_much_and_what_next(show, scene, sign, shade, said):
+    page = show(anchor=f"#{scene}--standard")
+    cell = page.locator(f'.grid a.cell[href="#{scene}--standard"]')
+    assert sign in cell.inner_text()
+    card = page.locator(f"#{scene}--standard")
+    card.wait_for(state="visible")
+    assert card.evaluate("e => getComputedStyle(e).borderLeftColor") == page.evaluate(SHADE, shade)
+    text = " ".join(card.inner_text().split())
+    for words in said:
+        assert words in text
+    # Nothing is drawn of a run that does not exist.
+    assert page.locator(f"#{scene} .viewer").count() == (scene != "crashed")

@@ -23,12 +23,6 @@ def _progress_without_time(monkeypatch):
 
 
 @pytest.fixture
-def fake_model():
-    """The fake model of this process."""
-    return model
-
-
-@pytest.fixture
 def gravity():
     """The gravities that select what a fake model does."""
     return model.GRAVITY
@@ -47,20 +41,15 @@ def own_cache(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def central_case():
-    """The paper's central case with fewer samples."""
+def scene():
+    """The paper's central case with fewer samples; the tests of the report have another."""
     return load_scene("150rpm-0.2mm", {"output.samples_per_cycle": 200})
 
 
 @pytest.fixture
-def scene(central_case):
-    """The scene of most tests; those of the report have another."""
-    return central_case
-
-
-@pytest.fixture
-def make_table(central_case):
+def make_table():
     """Tables of the central case: ``make_table(error=..., stretch=...)``, see `fake_model.signals`."""
+    central_case = load_scene("150rpm-0.2mm", {"output.samples_per_cycle": 200})
 
     def make(error=0.0, stretch=0.0, scene=central_case, **changes):
         return Table(pd.DataFrame(model.signals(scene.data, error, stretch) | changes))

@@ -43,9 +43,3 @@ def test_files_of_one_folder_are_replaced_together_or_not_at_all(failing):
     write("a", "other/c")
     assert (folder / "a").read_text() == (folder / "other" / "c").read_text() == "new"
     assert not list(folder.glob(".*"))
-
-
-def test_a_folder_made_for_what_failed_is_gone():
-    with pytest.raises(ValueError, match="no"), replacing_in(Path("made")):
-        raise ValueError("no")
-    assert not Path("made").exists()

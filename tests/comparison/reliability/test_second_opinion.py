@@ -26,26 +26,10 @@ EVERY = 120_000
 IDEAL = {"joints.slider": "ideal", "joints.crank_pin": "ideal"}
 
 
-SOFT = {
-    "drive.speed_rpm": 80.0,
-    "clearance.slider": 4e-4,
-    "contact.youngs_modulus": 3e10,
-    "contact.restitution": 0.6,
-    "friction.coefficient": 0.25,
-}
-SCENES = {
-    "central": ("150rpm-0.2mm", {}),
-    "69GPa": ("69GPa", {}),
-    "wide": ("90rpm-0.5mm", {}),
-    "soft": ("150rpm-0.2mm", SOFT),
-}
-
-
 @cache
 def scene(name):
-    source, values = SCENES[name]
     strict = {"drive.cycles": 2.0, "output.groups": ["accelerations"], "solver.reference.tolerance": 1e-11}
-    return load_scene(source, values | strict)
+    return load_scene(name, strict)
 
 
 @cache
@@ -86,7 +70,7 @@ def plain(name):
     return results
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", ["150rpm-0.2mm", "69GPa", "90rpm-0.5mm"])
 def test_reliabilities_and_peaks_of_a_cycle_are_those_of_a_second_computation(name):
     results = assessed(name, dense_scene(scene(name)).data["output"]["samples_per_cycle"])
     for quantity, right in plain(name).items():
@@ -113,7 +97,7 @@ def test_reliabilities_and_peaks_of_a_cycle_are_those_of_a_second_computation(na
             if samples == 10_000:
                 assert abs(peak.value) >= size * (1 - 2e-3), (quantity, cycle)
             # The peaks in question, in contacts, are the model's extrema: on few samples as well.
-            if quantity == "acceleration" and name in ("central", "69GPa"):
+            if quantity == "acceleration" and name != "90rpm-0.5mm":
                 assert abs(peak.value) == pytest.approx(size, rel=1e-3)
 
 
@@ -127,14 +111,10 @@ def test_the_reliability_of_a_linkage_is_that_against_its_closed_form():
     assert len(run.events["start"])
     w, crank, rod = 10 * np.pi, 0.05, 0.12
     time = run.columns["time"]
-    s, c = np.sin(w * time), np.cos(w * time)
-    root = np.sqrt(rod**2 - (crank * s) ** 2)
-    slope = crank**2 * s * c / root
-    ideal = {
-        "displacement": crank * c + root,
-        "velocity": -w * (crank * s + slope),
-        "acceleration": -(w**2) * (crank * c + (crank**2 * (c**2 - s**2) + slope**2) / root),
-    }
+    ideal = {"displacement": crank * np.cos(w * time) + np.sqrt(rod**2 - (crank * np.sin(w * time)) ** 2)}
+    # Differences of samples 5 us apart, where a turn takes 0.2 s, are off by a part in a million.
+    ideal["velocity"] = np.gradient(ideal["displacement"], time, edge_order=2)
+    ideal["acceleration"] = np.gradient(ideal["velocity"], time, edge_order=2)
     channels = dict(zip(ideal, ("slider.x", "slider.vx", "slider.ax"), strict=True))
     results = judged.comparison.reliability.quantities
     assert scene.reliability.channels == channels

@@ -9,9 +9,10 @@ import pandas as pd
 import pytest
 from scipy.stats import binom
 
+from comparison.execution.run import run_one
 from comparison.models import MODELS
 from comparison.scene import load_scene
-from comparison.studies.paper import claims, fitting, ledger, runs, study
+from comparison.studies.paper import claims, fitting, ledger, numerics, runs, study
 from comparison.studies.paper.claims import Verdict
 from comparison.studies.paper.ledger import Drawn, Interval, Size, Use
 from comparison.studies.paper.runs import CENTRAL
@@ -76,11 +77,6 @@ def spike(row, factor, phase):
     return values
 
 
-def ordered(count):
-    """Where the k-th of so many uniform numbers between -1 and 1 is in the mean, shape (count,)."""
-    return np.linspace(-1, 1, count + 2)[1:-1]
-
-
 def drawn(made_up, tried):
     """Draws that are all equal: what the reference shows, without gravity half of it."""
     frames = {hypothesis: {} for hypothesis in runs.HYPOTHESES}
@@ -130,36 +126,31 @@ def world():
 # ---- printed numbers
 
 
-@pytest.mark.parametrize("count", [50, 200])
-def test_an_interval_of_few_draws_holds_its_share_of_further_ones(count):
-    sizes = np.random.default_rng(1).uniform(0.0, 1.0, (2000, count))
+def test_an_interval_of_few_draws_holds_its_share_of_further_ones():
+    sizes = np.random.default_rng(1).uniform(0.0, 1.0, (2000, 50))
     within = [ledger.interval(each) for each in sizes]
     # Of uniform numbers an interval holds what it is long. Three standard errors of a mean of 2000 are below
-    # 0.003; the linear rule would hold 0.913 and 0.941.
+    # 0.003; the linear rule would hold 0.913.
     assert np.mean([high - low for low, _, high, _ in within]) == pytest.approx(0.95, abs=0.003)
 
 
 def test_uncertainties_add_in_squares_to_each_side_of_the_median():
     # Ends 0.95 * 3 below and 0.95 * 40 above the median: 2.85 and 38; numerics and print 3 and 4, together 5.
-    u = ordered(4001)
+    u = np.linspace(-1, 1, 4003)[1:-1]  # where ordered uniform numbers are in the mean
     within = ledger.interval(100 + np.where(u < 0, 3.0, 40.0) * u, 3.0, 4.0)
     exact = (100 - np.hypot(2.85, 5.0), 100.0, 100 + np.hypot(38.0, 5.0), (2.85 + 38.0) / 2)
     assert within == pytest.approx(exact, rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("low", "high", "size"),
-    [
-        (0.9, 1.1, Size.INSIDE),
-        (0.5, 1.5, Size.INSIDE),  # a factor of three
+def test_a_size_is_judged_by_its_interval_and_the_width_of_that():
+    # At most a factor of three; down to nothing it is any; outside it is however wide.
+    for low, high, size in (
+        (0.5, 1.5, Size.INSIDE),
         (0.5, 1.51, Size.WIDE),
-        (-0.1, 1.1, Size.WIDE),  # down to nothing: any factor
-        (1.01, 1.1, Size.OUTSIDE),
-        (0.1, 0.99, Size.OUTSIDE),  # however wide
-    ],
-)
-def test_a_size_is_judged_by_its_interval_and_the_width_of_that(low, high, size):
-    assert Interval(low, 1.0, high, 0.0).size(1.0) is size
+        (-0.1, 1.1, Size.WIDE),
+        (0.1, 0.99, Size.OUTSIDE),
+    ):
+        assert Interval(low, 1.0, high, 0.0).size(1.0) is size
 
 
 def test_chance_is_the_share_of_random_sizes_that_an_interval_holds():
@@ -171,14 +162,12 @@ def test_chance_is_the_share_of_random_sizes_that_an_interval_holds():
         held = np.mean((sizes >= low) & (sizes <= high))
         assert Interval(low, 7.0, high, 0.0).chance(factor) == pytest.approx(held, abs=0.0034)
     assert ledger.at_least(3, [[(-0.5, 0.1)]] * 10) == pytest.approx(binom.sf(2, 10, 0.3))
-    assert ledger.at_least(0, [[(-1.0, -0.8)], [(-0.8, 1.0)]]) == pytest.approx(1.0)
     # Two sizes of one event: both where the intervals overlap, one where one of them is.
     pair = [(-1.0, 0.5), (0.0, 0.8)]
     assert [ledger.at_least(k, [pair]) for k in (1, 2)] == pytest.approx([0.9, 0.25])
-    # Of orders of (a, a, b) ours (a, b, b) matches the printed ones in (2 + 1 + 1) / 3 places.
-    assert ledger.matches_by_chance([1.0, 1.0, 2.0], [1.0, 2.0, 2.0])[0] == pytest.approx(4 / 3)
-    # Of the orders of (a, b, a) two of three match (a, b, b) in two places.
-    _, likely = ledger.matches_by_chance([1.0, 2.0, 1.0], [1.0, 2.0, 2.0])
+    # Orders of (a, b, a) match ours (a, b, b) in (2 + 1 + 1) / 3 places, two of three of them in two places.
+    mean, likely = ledger.matches_by_chance([1.0, 2.0, 1.0], [1.0, 2.0, 2.0])
+    assert mean == pytest.approx(4 / 3)
     assert likely == pytest.approx(2 / 3)
 
 
@@ -204,9 +193,9 @@ def test_one_draw_against_all_printed_sizes_and_what_random_sizes_give():
     assert 8 * chance < joint.random < 3 * 8 * chance
     assert (joint.chance < 0.01, joint.numbers) == (True, tuple(ids[:5]))
     # Of eight numbers of one event random sizes meet all or none.
-    assert ledger.joint(sizes, printed, [0] * 8).random == pytest.approx(8 * chance, abs=0.7)
     sizes.loc[9, "p0"] = np.nan
-    assert ledger.joint(sizes, printed, range(8)).draws == 49
+    one = ledger.joint(sizes, printed, [0] * 8)
+    assert (one.draws, one.random) == (49, pytest.approx(8 * chance, abs=0.7))
 
 
 def test_each_printed_number_has_its_use_and_is_judged_under_each_hypothesis(world):
@@ -214,7 +203,6 @@ def test_each_printed_number_has_its_use_and_is_judged_under_each_hypothesis(wor
     rows = judged.set_index(["id", "hypothesis"])
     # Draws of 1.3 and 0.65 times the print: a hull of both would hold it.
     assert set(rows.loc["F12-300-v", "size"]) == {Size.OUTSIDE}
-    assert entries.loc["F12-300-v", "use"] == Use.PREDICTION
     uses = entries["use"].value_counts()
     assert (uses[Use.PREDICTION], uses[Use.CALIBRATION], uses[Use.MISPRINT]) == (24, 18, 2)
     uninformative = set(entries.index[entries["use"] == Use.UNINFORMATIVE])
@@ -271,8 +259,7 @@ def test_printed_instants_are_tested_as_they_are_and_a_period_earlier(world):
         ({"value": size, "time": time, "other": -2 * size}, (1.0, 0.0, 0.0)),
     ):
         own = tested(row, **shown | before).loc[row]
-        assert tuple(own[["share", "shifted", "sized"]]) == shares
-        assert own["random"] == 0.0  # it is no chance for itself
+        assert tuple(own[["share", "shifted", "sized", "random"]]) == (*shares, 0.0)  # no chance for itself
     # Of five other conditions one has such a peak at that phase and of that sign; a near copy of a
     # condition does not count, nor does it count for that condition.
     phase = time / period * load_scene(CENTRAL).period
@@ -297,16 +284,44 @@ def test_the_page_counts_what_its_tables_say(world, tmp_path):
     text = study.STUDY.report(results, tmp_path).read_text("utf-8")
     assert not re.search(r"\{\w*\}|\bnan\b", text)
     predicted = judged[judged["id"].isin(entries.index[entries["use"] == Use.PREDICTION])]
-    gravity, none = (
-        [own["without"].sum(), own["size"].isin([Size.INSIDE, Size.WIDE]).sum()]
-        for _, own in predicted.groupby("hypothesis")
-    )
+    gravity, none = predicted.groupby("hypothesis")["without"].sum()
     summary = " ".join(text.split("\n\n")[1].split())
-    assert f" {gravity[0]} lie in our intervals (95% of draws) with gravity, {none[0]} without (" in summary
-    assert f"cut at the frame: {gravity[1]} and {none[1]} inside (of random sizes" in text
+    said = f" {gravity} lie in our intervals (95% of draws) with gravity, {none} without ("
+    assert said in summary
     # The acceleration at 150 rpm is printed with either sign.
     assert "of 20 instants within" in summary
     assert {path.name for path in tmp_path.glob("*.svg")} == set(re.findall(r"\]\(([\w-]+\.svg)\)", text))
+
+
+@pytest.mark.parametrize("inside", [False, True])
+def test_the_formulation_of_the_paper_moves_the_press_as_the_reference_does(inside):
+    """Through contacts of single corners and of two at once; 1 kHz of gain and no drift for it to remove."""
+    values = {"drive.cycles": 0.1, "output.groups": ["accelerations"], "mechanism.rod4.centroid": 0.1}
+    scene = load_scene(CENTRAL, values | {"mechanism.rocker.centroid": 0.2, "contact.exponent": 1.4})
+    known, p = run_one(scene, "reference"), numerics.press(scene)
+    assert {*known.events["corner"]} == {"ll", "lr", "ul", "ur"}
+    setting = numerics.Setting(1e-9, 1e-11, 1e3, inside)
+    at, run = numerics.integrate(p, setting, known.time[1:])
+    rows = [int(np.abs(at - time).argmin()) for time in known.time[1:]]
+    # Tenfold what a tolerance of 1e-9 leaves: impact speeds are those of a step beside the touch.
+    for (channel, row), most in zip(numerics.CHANNELS.items(), (5e-9, 5e-9, 5e-6, 5e-6, 0.3), strict=True):
+        assert run[row, rows] == pytest.approx(known.values(channel)[1:], abs=most), channel
+    ideal = run_one(scene.with_values({"joints.slider": "ideal"}), "reference")
+    for row, channel in zip(numerics.ideal(p, ideal.time), runs.CHANNELS, strict=True):
+        assert row == pytest.approx(ideal.values(channel), abs=1e-12)  # round-off
+
+
+@pytest.mark.parametrize("gain", [0.0, 100.0])
+def test_a_violated_constraint_drifts_without_baumgarte_and_decays_with_it(gain):
+    """Phi'' + 2 a Phi' + a^2 Phi = 0 of each row: from a violation at rest it begins with -a^2 Phi."""
+    p = numerics.press(load_scene(CENTRAL))
+    q, v = np.split(numerics.initial_state(p), 2)
+    q[9] += 1e-6  # rod 4 is off both of its joints
+    rates = numerics.derivative(p, 0.0, np.r_[q, v][:, None], gain, np.ones(4), False)[15:, 0]
+    phi, jacobian, rate, gamma = (each[:13] for each in numerics.constraints(p, 0.0, q, v))
+    wanted = gamma - 2 * gain * rate - gain**2 * phi
+    assert jacobian @ rates == pytest.approx(wanted, abs=1e-9)  # of up to 1e-2
+    assert np.abs(phi).max() == pytest.approx(1e-6)
 
 
 # ---- what is drawn
@@ -341,9 +356,7 @@ def test_draws_that_do_not_succeed_leave_their_reasons():
     one = runs.Draw(CENTRAL, ("F9-210-d",), CONFIG, {}, changes={"contact.poisson": 0.7})
     (ensemble,) = runs.run_draws([(one, 2)], 1, None)
     assert ensemble.shown.empty
-    first, second = ensemble.failures
-    assert first == second
-    assert "contact.poisson = 0.7 must" in first
+    assert ["contact.poisson = 0.7 must" in failure for failure in ensemble.failures] == [True, True]
 
 
 # ---- statements
@@ -423,7 +436,6 @@ def test_every_statement_can_be_supported_and_can_be_contradicted_where_the_pape
         ([1.0e-5, 1.1e-5], [2.0e-5, 2.1e-5], 0.5, Verdict.UNDECIDED),  # in the first comparison alone
         ([1e-5, 3e-5], [2e-5, 1e-5], 2.0, Verdict.UNDECIDED),  # from one start alone
         ([1.0e-5], [1.04e-5], 1.04, Verdict.ABSENT),  # by little
-        ([1.0e-5], [1.04e-5], 1.1, Verdict.UNDECIDED),  # by little in the first comparison alone
     ],
 )
 def test_a_larger_error_must_be_larger_in_both_comparisons_in_all_starts_and_by_more_than_little(
@@ -435,20 +447,3 @@ def test_a_larger_error_must_be_larger_in_both_comparisons_in_all_starts_and_by_
     many = {CENTRAL: {"y": 1e-5 * wave()}, "69GPa": {"y": later * 1e-5 * wave()}}
     claim = {"channel": "slider_y", "more": "69GPa", "less": CENTRAL}
     assert claims.verdict(claims.larger(motions(members, many), "reference", claim)) is said
-
-
-@pytest.mark.parametrize(("other", "share"), [(2.0, 1.0), (0.5, -1.0), (1.0, 0.0)])
-def test_a_reliability_is_compared_at_every_limit_that_leaves_half_of_it(other, share):
-    sizes = {(CENTRAL, "slider_vy"): 1e-3, ("300rpm-0.2mm", "slider_vy"): other * 1e-3}
-    claim = {"quantity": "velocity", "more": "300rpm-0.2mm", "less": CENTRAL}
-    evidence, numbers = claims.less_reliable(motions([sizes]), "reference", claim)
-    assert evidence["reliability"] == share
-    # One half where the mean error of the worst of ten parts, 72 to 108 degrees, is half of the limit.
-    least = 2e-3 * max(other, 1.0) * np.sin(np.pi / 10) / (np.pi / 10)
-    limits, _ = next(iter(numbers.values()))
-    assert 1.0 <= limits[0] / least < 10 ** (4 / 39)
-
-
-def test_pairs_that_differ_by_little_count_for_neither_side():
-    # Of six pairs 3 > 1, 3 > 2, 2 > 1; 2 = 2, 1.04 and 2 as good as 1 and 2, and 1.04 < 2.
-    assert claims.apart(np.array([2.0, 3.0, 1.04]), np.array([1.0, 2.0])).mean() == pytest.approx((3 - 1) / 6)

@@ -1,4 +1,4 @@
-"""Studies as a whole, with fake models: what they write, that they resume, and how they show what failed."""
+"""Studies as a whole, with fake models: what they write; rates and printed numbers that they share."""
 
 import re
 import shutil
@@ -12,6 +12,7 @@ import fake_model
 import pandas as pd
 import pytest
 from installed import write_package
+from scipy.stats import beta
 
 from comparison.cli import main
 from comparison.cli import study as reports
@@ -21,20 +22,11 @@ from comparison.report import svg
 from comparison.scene import shipped_scenes
 from comparison.studies import MOVED, NAMES, verdicts, write_study
 from comparison.studies.paper import MAIN, PARTS
+from comparison.studies.shared.published import published
+from comparison.studies.shared.study import interval, share, upper_limit
 
-OTHER_FILES = {
-    "extremes": "cells.csv",
-    "paper": "printed.csv judged.csv instants.csv forms.csv solver.csv statements.csv criteria.csv",
-    "paper/identification": "arrangements.csv peaks.csv",
-    "paper/laws": "runs.csv",
-    "paper/nonlinear": "exponents.csv",
-    "paper/reliability": "differences.csv",
-    "trust": "trust.csv trust.json",
-    "tradeoff": "settings.csv measured.toml",
-    "truth": "truth.csv",
-    "verdicts": "verdicts.toml",
-}
-"""Study, or paper and its part -> its files beside page and pictures."""
+STUDIES = ("extremes", "trust", "tradeoff", "truth", "verdicts")
+OTHERS = [f"paper/{part}" for part in PARTS if part != MAIN]
 UNLINKED = ["verdicts.toml", "measured.toml"]
 
 
@@ -80,18 +72,17 @@ def check(root, name):
     text = page.read_text("utf-8")
     assert not re.search(r"\{\w*\}|\bnan\b", text)
     inside = f"{beside.name}/" if "/" in name else ""
-    linked = set(re.findall(rf"\]\({inside}([\w.-]+\.(?:svg|csv|json|html))\)", text))
+    linked = set(re.findall(rf"\]\({inside}([\w.-]+\.(?:svg|csv|json))\)", text))
     pictures = {file for file in linked if file.endswith(".svg")}
     written = {path.name for path in beside.iterdir() if path.suffix != ".md" and path.is_file()}
-    assert written == {*OTHER_FILES[name].split(), *pictures}
-    assert written - linked <= set(UNLINKED)
+    assert linked <= written <= {*linked, *UNLINKED}
     for picture in pictures:
         drawn = (beside / picture).read_text("utf-8")
         assert drawn.count("<path") > 10
         assert any(colour in drawn for colour in (svg.FIRST, svg.SERIES[0], svg.SERIES[3], svg.OUTSIDE))
 
 
-@pytest.mark.parametrize("name", [name for name in OTHER_FILES if name != "paper"])
+@pytest.mark.parametrize("name", [*STUDIES, *OTHERS])
 def test_a_study_writes_page_figures_and_tables(name, folder):
     check(folder, name)
 
@@ -105,11 +96,11 @@ def test_make_reports_writes_all_studies_their_list_and_the_table_of_the_readme(
     monkeypatch.chdir(tmp_path)
     with fakes(tmp_path, monkeypatch), kept_workers():
         reports.main(small=True)
-    for name in OTHER_FILES:
+    for name in (*STUDIES, *OTHERS, "paper"):
         check(Path("reports"), name)
     links = re.findall(r"^## \[.+\]\((.+)\)$", Path("reports", "README.md").read_text("utf-8"), re.MULTILINE)
-    parts = [f"paper/{part}.md" for part in PARTS if part != MAIN]
-    assert sorted(links) == sorted([f"{name}/README.md" for name in NAMES] + parts)
+    names = [f"{name}/README.md" for name in NAMES] + [f"{name}.md" for name in OTHERS]
+    assert sorted(links) == sorted(names)
     readme = Path("README.md").read_text("utf-8")
     assert re.search(r"\| 150 rpm, 0.2 mm clearance \| \*\*agree\*\* \| \*\*agree\*\* \|", readme)
     assert "formerly" not in readme
@@ -121,26 +112,24 @@ def test_make_reports_writes_all_studies_their_list_and_the_table_of_the_readme(
     assert forms["change"].to_numpy() == pytest.approx((forms["median"] - shipped).to_numpy(), nan_ok=True)
 
 
-@pytest.mark.parametrize("name", ["extremes", "paper/nonlinear", "trust"])
-def test_a_second_call_runs_nothing_and_writes_the_same(name, folder, fakes, tmp_path, monkeypatch, capsys):
-    study, _, part = name.partition("/")
-    with fakes(folder, monkeypatch) as log:
-        monkeypatch.chdir(tmp_path)
-        runs = log.read_text()
-        assert main(["study", study, "--small", *(["--part", part] if part else [])]) == 0
-        assert log.read_text() == runs
-    page, beside = place(folder, name)
-    again, same = place(Path("reports", "out"), name)
-    assert capsys.readouterr().out == f"{again}\n"
-    assert again.read_bytes() == page.read_bytes()
-    for path in same.iterdir():
-        assert path.suffix not in (".csv", ".json") or path.read_bytes() == (beside / path.name).read_bytes()
+def test_a_study_that_is_a_part_now_says_so(capsys):
+    for name, moved in MOVED.items():
+        assert main(["study", name, "--small", "--jobs", "1"]) == 2
+        assert f": sixbar study {moved}\n" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("name", MOVED)
-def test_a_study_that_is_a_part_now_says_so(name, capsys):
-    assert main(["study", name, "--small", "--jobs", "1"]) == 2
-    assert f": sixbar study {MOVED[name]}\n" in capsys.readouterr().err
-    study, _, part = MOVED[name].partition(" --part ")
-    assert study in NAMES
-    assert part in ("", *PARTS)
+# ---- what studies share
+
+
+def test_rates_and_their_limits():
+    # Of Clopper and Pearson: quantiles of the beta distribution.
+    assert interval(3, 40) == pytest.approx((beta.ppf(0.025, 3, 38), beta.ppf(0.975, 4, 37)))
+    assert (interval(0, 0), upper_limit(0, 0)) == ((0.0, 1.0), 1.0)
+    assert [share(rate) for rate in (0.0123, 0.9951)] == ["1.2\u00a0%", "99.5\u00a0%"]
+
+
+def test_figures_come_from_the_published_table_with_half_a_unit_of_their_last_digit():
+    rows = {"F7-R-a": (-494.9, 0.05), "F7-T-d": (0.4112e-5, 0.5e-9), "F14a-x": (-0.2497e-3, 5e-8)}
+    for row, (value, rounding) in rows.items():
+        figure = published(row)
+        assert (figure.value, figure.rounding) == (value, pytest.approx(rounding, rel=1e-12))

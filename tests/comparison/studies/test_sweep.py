@@ -70,19 +70,6 @@ def test_runs_that_fail_in_any_way_are_rows_and_only_what_befell_a_process_is_tr
     assert lines(here) == before + 1
 
 
-BAD = ["nan", "-inf", "fast", "", "2020-01-01", '"[1, nan]"', "0"]
-
-
-@pytest.mark.usefixtures("here")
-@pytest.mark.parametrize(("values", "code"), [(["100", *BAD], 0), (["nan", "nan"], 2)])
-def test_a_value_that_no_scene_takes_is_a_row_and_loses_no_other(values, code):
-    Path("list.csv").write_text("\n".join(["drive.speed_rpm", *values, ""]).replace("\n\n", '\n""\n'))
-    assert sweep("--list", "list.csv", "--output", "max:slider_vx", "--jobs", "1") == code
-    rows = pd.read_csv("out/sweep.csv", keep_default_na=False)
-    assert rows["status"].tolist() == ["success" if value == "100" else "bad input" for value in values]
-    assert all("drive.speed_rpm = " in text for text in rows.query("status == 'bad input'")["message"])
-
-
 # ---- a cluster
 
 
@@ -102,20 +89,11 @@ def test_a_cluster_gives_the_same_table(here):
     assert len({line.split()[-1] for line in here.read_text().splitlines()}) == 4  # processes
 
 
-@pytest.mark.parametrize(
-    ("address", "message"),
-    [
-        ("tcp://127.0.0.1", "must be tcp://host:port"),
-        ("tcp://127.0.0.1:99999", "Port out of range"),
-        ("tcp://nowhere.invalid:8786", "does not answer"),
-        # one who listens, and says nothing
-        pytest.param("silent", "does not answer", marks=pytest.mark.slow),
-    ],
-)
-def test_a_scheduler_that_does_not_answer_is_named_in_one_line(address, message):
+# One who listens, and says nothing
+@pytest.mark.parametrize("address", ["nowhere.invalid", pytest.param("silent", marks=pytest.mark.slow)])
+def test_a_scheduler_that_does_not_answer_is_named_in_one_line(address):
     pytest.importorskip("distributed")
     with socket.create_server(("127.0.0.1", 0)) as server:
-        if address == "silent":
-            address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
-        with pytest.raises(SweepError, match=f"^--scheduler {address}: {message}[^\n]*$"):
-            on_cluster(address)
+        host = f"127.0.0.1:{server.getsockname()[1]}" if address == "silent" else f"{address}:8786"
+        with pytest.raises(SweepError, match=f"^--scheduler tcp://{host}: does not answer[^\n]*$"):
+            on_cluster(f"tcp://{host}")

@@ -1,10 +1,7 @@
 """The study of the verdict: faults, random scenes, the judge, who errs, what it writes; parts for real."""
 
 import json
-import os
 import re
-import secrets
-import sys
 from collections import Counter
 
 import numpy as np
@@ -29,7 +26,6 @@ from comparison.verdict.compare import compare
 
 FAULTS = catalogue()
 CODE = catalogue("code")
-SEED_VARIABLE = "SIXBAR_TRUST_SEED"
 
 
 # ---- faults
@@ -90,15 +86,11 @@ def test_the_same_scene_is_drawn_every_time_and_the_pushed_ones_start_between_th
         start, length = data["initial"], data["mechanism"]["slider"]["length"]
         outermost = abs(start["slider_offset"]) + abs(start["slider_angle"]) * length / 2
         assert data["joints"]["slider"] == "ideal" or outermost < data["clearance"]["slider"]
-
-
-def test_one_to_three_keys_are_changed_as_users_do():
+    # Users change one key to three.
     scene, rng = load_scene("both-clearances"), np.random.default_rng(2)
-    before, changed = flat(scene.data), []
-    for _ in range(50):
-        after = flat(population.changed(scene, rng).data)
-        changed.append(sum(after[key] != before[key] for key in after if not key.startswith("scene.")))
-    assert set(changed) == {1, 2, 3}
+    before, users = flat(scene.data), [flat(population.changed(scene, rng).data) for _ in range(50)]
+    keys = [key for key in before if not key.startswith("scene.")]
+    assert {sum(after[key] != before[key] for key in keys) for after in users} == {1, 2, 3}
 
 
 def test_random_linkages_are_the_same_every_time_and_start_in_their_gaps_with_a_fault_in_one_model():
@@ -133,17 +125,6 @@ def test_a_fault_in_a_linkage_is_found_and_sized_by_what_it_changes_in_its_model
 # ---- the judge
 
 
-def test_a_wrong_number_is_confirmed_by_the_ensembles_of_both_models_and_without_it_they_agree():
-    press = scenes("tight")["press"]
-    fault = Fault(kind="number", name="gravity", key="environment.gravity", value=9.0)
-    row = Comparison(press, "tight", fault, "reference").row()
-    assert (row["verdict"], row["confirmation"], row["errs"]) == ("differ", "confirmed", "")
-    assert "99 of reference and 30 of exudyn" in row["reason"]
-    assert detected(fault, row)
-    row = Comparison(press, "tight").row()
-    assert (row["verdict"], row["confirmation"], row["errs"], row["reason"]) == ("agree", "", "", "")
-
-
 @pytest.mark.slow
 def test_a_fault_of_each_kind_and_model_is_detected_and_nothing_without_one(tmp_path, monkeypatch):
     monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path))
@@ -173,7 +154,6 @@ def table_with(gap, *contacts):
 @pytest.mark.parametrize(
     ("depths", "contacts", "breach"),
     [
-        ((1e-6, 3e-6, 2e-6), [("ul", 0.35, 0.65)], []),
         ((1e-6, 3e-6, 2e-6), [("ur", 0.35, 0.65)], [("open-depth", 3e-6, 0.5, 0.4, 0.6)]),
         ((1e-6, 3e-6, 2e-6), [("ul", 0.35, 0.55)], [("open-depth", 2e-6, 0.6, 0.6, 0.6)]),
         ((0.9e-11,) * 3, [("ur", 0.0, 0.1)], []),
@@ -216,6 +196,9 @@ def test_the_model_errs_whose_own_code_stands_with_the_other(wrong):
     errs, why = adjudication.adjudicate(result, runs, scene)
     assert errs == wrong, why
     assert "its own code stands with the other model's run" in why
+    row = Comparison(scene, "tight").row()
+    assert row["verdict"] == "agree"
+    assert not any(row[key] for key in ("confirmation", "failed", "errs", "reason"))
 
 
 # ---- what is written
@@ -233,22 +216,21 @@ def test_the_page_and_the_rates_of_a_baseline_are_those_of_the_table(tmp_path):
     ]
     one = {"kind": "four-bar", "scene": "four-bar-3", "tier": "standard", "verdict": "agree"}
     bad = one | {"group": study.LINKAGE_FAULT, "name": "mass", "model": "exudyn"}
-    linkages = [one | {"group": study.LINKAGE}, bad | {"detected": False, "reason": "near"}, bad]
-    linkages += [bad | {"detected": True, "verdict": "differ"}, bad | {"verdict": "differ"}]
+    # Tables that cannot be compared are an alarm; a run that fails is none.
     table = study.as_table(
         [
             *(random(n, "agree", clearance_m=2e-4) for n in range(300)),
             random(300, "agree", confirmation="underestimated", reason="too small"),
             random(301, "differ", errs="exudyn", reason="it is outside"),
             random(302, "indeterminate"),
-            # Tables that cannot be compared are an alarm; a run that fails is none.
             random(303, "cannot compare", failed="work-limit", reason="shorten"),
             random(304, "cannot compare", reason="other times"),
             random(300, "agree", "standard"),
             *tried,
             {"group": study.CONTROL, "name": "press", "tier": "tight", "verdict": "agree"},
             {"group": study.ENSEMBLES, "name": "a and b", "kind": "nothing", "tests": 3, "differing": 1},
-            *linkages,
+            *(one | {"group": study.LINKAGE}, bad, bad | {"verdict": "differ"}),
+            *(bad | {"detected": False, "reason": "near"}, bad | {"detected": True, "verdict": "differ"}),
         ]
     )
     page = study.STUDY.report(table, tmp_path).read_text("utf-8")
@@ -256,26 +238,14 @@ def test_the_page_and_the_rates_of_a_baseline_are_those_of_the_table(tmp_path):
     numbers = {"draws": 305, "decided": 303, "underestimated": 1, "alarms": 2}
     limit = round(beta.ppf(0.95, 3, 301), 5)  # of Clopper and Pearson
     assert rates["false_alarms"]["both models, tight"] == numbers | {"upper_limit_95": limit}
-    assert {tier: one["faults"] - one["detected"] for tier, one in rates["detected"].items()} == {
-        "tight": 1,
-        "standard": 1,
-    }
-    assert "**2 false alarms in 304 decided comparisons of random scenes; 142 of 144 faults detected" in page
-    assert "- scene 301 (s), tight: differ, errs: exudyn: it is outside." in page
-    assert "- one nan (exudyn, tight): not expected." in page
-    assert "| four-bar | 1 | 1 | 0 | 95\u00a0% |" in page
-    assert "**1 of 2 (at least 1.3\u00a0% at 95 %)** times, what moves less 1 of 2." in page
-    assert "- four-bar-3 (mass, exudyn): agree: near." in page
+    assert [each["faults"] - each["detected"] for each in rates["detected"].values()] == [1, 1]
+    for said in (
+        "**2 false alarms in 304 decided comparisons of random scenes; 142 of 144 faults detected",
+        "- scene 301 (s), tight: differ, errs: exudyn: it is outside.",
+        "- one nan (exudyn, tight): not expected.",
+        "| four-bar | 1 | 1 | 0 | 95\u00a0% |",
+        "**1 of 2 (at least 1.3\u00a0% at 95 %)** times, what moves less 1 of 2.",
+        "- four-bar-3 (mass, exudyn): agree: near.",
+    ):
+        assert said in page
     assert not re.search(r"\{\w*\}|\bnan\b", page.replace("one nan", ""))
-
-
-@pytest.mark.slow
-def test_ten_fresh_scenes_break_no_invariant_and_show_no_confirmed_difference(capsys):
-    """Other scenes every time; what cannot be decided or compared is no failure, what is broken is."""
-    seed = int(os.environ.get(SEED_VARIABLE) or secrets.randbelow(2**31))
-    with capsys.disabled():
-        sys.stdout.write(f"\nfresh scenes: {SEED_VARIABLE}={seed}\n")
-    drawn = [at_tier(population.random_scene(n, seed), "tight") for n in range(10)]
-    rows = {n: Comparison(scene, "tight").row() for n, scene in enumerate(drawn)}
-    faults = {n: row["reason"] for n, row in rows.items() if row["errs"] or row["verdict"] == "differ"}
-    assert not faults, f"{SEED_VARIABLE}={seed}: {faults}"
