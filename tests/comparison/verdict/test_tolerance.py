@@ -18,26 +18,21 @@ def compared(name, a, b, **options):
     return compare(*(Runs(Table(pd.DataFrame({"time": TIME, name: each}))) for each in (a, b)), **options)
 
 
-def test_a_shift_is_held_against_the_tolerance_and_a_scene_sharpens_it(scene):
+def test_a_shift_is_held_against_the_tolerance():
     """Most samples of a slow channel stay within a share of its range."""
-    time = np.arange(401) * 2e-3
 
-    def shifted(shift, names=("slider_y", "slider_vy"), **options):
-        sides = []
-        for late in (0.0, shift):
-            phase = 2 * np.pi * (time - late) / 0.4
-            y, vy = 0.112 * np.cos(phase) - 0.3, -0.112 * 2 * np.pi / 0.4 * np.sin(phase)
-            sides.append(Runs(Table(pd.DataFrame({"time": time, "slider_y": y, "slider_vy": vy}))))
-        return compare(*sides, tolerance=0.01, only=names, labels=("reference", "exudyn"), **options)
+    def shifted(late):
+        w = 2 * np.pi / 0.4
+        y, vy = np.cos(w * (TIME - late)), -w * np.sin(w * (TIME - late))
+        return Runs(Table(pd.DataFrame({"time": TIME, "slider_y": y, "slider_vy": vy})))
 
-    # y passes its range at the range of its rate in T / (2 pi) = 64 ms: 0.64 ms at 1 %.
-    assert [shifted(shift).verdict for shift in (5e-4, 8e-4, -8e-4)] == ["agree", "differ", "differ"]
-    alone = shifted(8e-4, ("slider_y",))
-    assert (alone.verdict, alone.channels["slider_y"].verdict) == ("differ", "agree")
-    assert scene_reason(alone).startswith("exudyn is later than reference by 0.0008 s")
-    assert "The tolerance allows 0.00064 s" in scene_reason(alone)
-    # With the scene's scales every difference of y counts, by clearance * tan(beta) = 42 um.
-    assert (shifted(1e-7, scene=scene).verdict, shifted(1e-4, scene=scene).verdict) == ("agree", "differ")
+    for shift, verdict in ((5e-4, "agree"), (8e-4, "differ"), (-8e-4, "differ")):
+        # y passes its range at the range of its rate in T / (2 pi) = 64 ms: 0.64 ms at 1 %.
+        sides = shifted(0.0), shifted(shift)
+        result = compare(*sides, tolerance=0.01, only=["slider_y"], labels=("reference", "exudyn"))
+        assert (result.verdict, result.channels["slider_y"].verdict) == (verdict, "agree")
+    assert scene_reason(result).startswith("reference is later than exudyn by 0.0008 s")
+    assert "The tolerance allows 0.00064 s" in scene_reason(result)
 
 
 def impact(start, height=40.0):
@@ -47,43 +42,39 @@ def impact(start, height=40.0):
 
 
 BOTH = {"tolerance": 0.05, "time_tolerance": 0.005}
-NOTHING = 0 * TIME
 
 
 @pytest.mark.parametrize(
-    ("a", "b", "options", "verdict"),
+    ("b", "options", "verdict"),
     [
-        (impact(0.3), impact(0.304), BOTH, "agree"),
-        (impact(0.3), impact(0.304), {"tolerance": 0.05}, "differ"),
-        (impact(0.3), impact(0.304, height=30.0), BOTH, "differ"),
-        # With the range of the one that is zero as scale nothing is allowed; the other one's is 40 N.
-        (impact(0.3), NOTHING, BOTH, "differ"),
-        (NOTHING, impact(0.3), BOTH, "differ"),
-        (impact(0.3), NOTHING, {"gate": {"max_scaled": 0.1}}, "differ"),
-        (impact(0.3), NOTHING, {"gate": {"peak_scaled": 0.1}}, "differ"),
+        (impact(0.304), BOTH, "agree"),
+        (impact(0.304), {"tolerance": 0.05}, "differ"),
+        (impact(0.304, height=30.0), BOTH, "differ"),
+        (0 * TIME, BOTH, "differ"),
+        (0 * TIME, {"gate": {"peak_scaled": 0.1}}, "differ"),
     ],
 )
-def test_an_impact_may_be_late_but_not_absent_nor_lower(a, b, options, verdict):
-    result = compared("corner_ll_normal", a, b, **options)
-    channel = result.channels["corner_ll_normal"]
-    assert result.verdict == verdict
-    if verdict == "agree":
-        assert channel.worst_size <= channel.worst_threshold < abs(channel.max_difference)
-    if options is BOTH and not (a.any() and b.any()):
-        assert channel.worst_size == pytest.approx(40.0, rel=0.02)
+def test_an_impact_may_be_late_but_not_absent_nor_lower(b, options, verdict):
+    for pair in ((impact(0.3), b), (b, impact(0.3)))[: 1 + ("gate" not in options)]:
+        result = compared("corner_ll_normal", *pair, **options)
+        channel = result.channels["corner_ll_normal"]
+        assert result.verdict == verdict
+        if verdict == "agree":
+            assert channel.worst_size <= channel.worst_threshold < abs(channel.max_difference)
+        if options is BOTH and not b.any():
+            assert channel.worst_size == pytest.approx(40.0, rel=0.02)
 
 
 @pytest.mark.parametrize(
     ("gate", "tolerance", "verdict"),
     [
-        ({"rms_scaled": 1e-2}, None, "agree"),
-        ({"rms_scaled": 1e-4}, None, "differ"),
         ({"correlation": 0.99, "rms_scaled": 0.02, "peak_scaled": 0.02}, None, "agree"),
         ({"correlation": 0.99, "peak_scaled": 1e-6}, None, "differ"),
         ({"tube_share": 0.5}, None, "agree"),
         # Beside a tolerance it adds to it
         ({"rms_scaled": 1e-4}, 0.1, "differ"),
         ({"rms_scaled": 0.1}, 0.1, "agree"),
+        ({"rms_scaled": 0.1}, 1e-3, "differ"),  # and cannot undo what that finds
     ],
 )
 def test_limits_of_metrics_decide_alone_or_beside_a_tolerance(gate, tolerance, verdict):
@@ -91,15 +82,7 @@ def test_limits_of_metrics_decide_alone_or_beside_a_tolerance(gate, tolerance, v
     channel = result.channels["slider_x"]
     assert result.verdict == verdict
     assert [check.metric for check in channel.checks] == list(gate)
-    assert (channel.basis is Basis.GATE) == (not tolerance or verdict == "differ")
+    assert (channel.basis is Basis.GATE) == (not tolerance or (verdict, tolerance) == ("differ", 0.1))
     if channel.basis is Basis.GATE:  # no sample decides
         assert np.isnan(channel.ratio)
         assert (result.decisive, result.worst_channel) == (None, channel)
-
-
-def test_a_limit_cannot_undo_what_a_tolerance_finds_and_a_shift_is_allowed_up_to_its_time():
-    one = WAVE + np.where(np.arange(TIME.size) == 200, 0.5, 0.0)
-    assert compared("slider_x", WAVE, one, tolerance=0.1, gate={"rms_scaled": 0.1}).verdict == "differ"
-    shifted = (np.sin(2 * np.pi * (TIME - by) / 0.4) for by in (0.008, 0.03))
-    shifts = {"tolerance": 1e-3, "time_tolerance": 0.01}
-    assert [compared("slider_x", WAVE, b, **shifts).verdict for b in shifted] == ["agree", "differ"]
