@@ -27,7 +27,7 @@ def test_no_paragraph_is_longer_than_80_words_and_no_cell_than_30(page):
 # The blocks of each page in their order, each with the test that runs it or why none does: a block that is
 # added to a page is added here.
 HERE, TUTORIAL, JUDGE = "cli/test_documents.py", "cli/test_tutorial.py", "cli/test_judge.py"
-PYTHON, RECIPES, MAPPING = "cli/test_python.py", "cli/test_ci_recipes.py", "tables/foreign/test_mapping.py"
+PYTHON, RECIPES, MAPPING = "cli/test_python.py", "cli/test_ci_recipes.py", "tables/foreign/test_text.py"
 INSTALLS = "installs into an environment"
 DOCKER = "needs Docker"
 SHOWN = "is no code: an output of other inputs, or a diagram"
