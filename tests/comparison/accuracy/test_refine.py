@@ -13,8 +13,7 @@ from comparison.scene import load_scene
 from comparison.tables.table import Table
 from comparison.words.accuracy import accuracy_line
 
-OWN = load_scene("150rpm-0.2mm", {"clearance.slider": 2.1e-4})
-"""No measured scene."""
+OWN = load_scene("150rpm-0.2mm", {"clearance.slider": 2.1e-4})  # no measured scene
 PHASE = np.linspace(0.0, 1.0, 1001)
 EXACT = -0.55 + 2e-4 * np.sin(2.0 * np.pi * PHASE)
 
@@ -28,14 +27,10 @@ class KnownError:
     """A model whose error is known: in proportion to its tolerance, beside what becomes of its start."""
 
     magnification: np.ndarray = field(default_factory=lambda: STEADY)
-    """Of both the error of a step and a shift of the start."""
-    error: float = 10.0
-    """Of slider_x at a magnification of one, over the tolerance."""
-    rough: float = np.inf
-    """Tolerance above which a run parts from its neighbours in the second half."""
+    error: float = 10.0  # of slider_x at a magnification of one, over the tolerance
+    rough: float = np.inf  # tolerance above which a run parts from its neighbours in the second half
     fails: Callable[[float], str] = lambda _: ""
-    asked: list[float] = field(default_factory=list)
-    """The tolerances in the order in which they ran."""
+    asked: list[float] = field(default_factory=list)  # the tolerances in the order in which they ran
 
     def __call__(self, scenes):
         return [self._one(scene) for scene in scenes]

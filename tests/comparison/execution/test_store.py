@@ -26,7 +26,6 @@ def cache(tmp_path):
 
 @pytest.fixture
 def stored(cache, make_table):
-    """The file of a stored run."""
     events = pd.DataFrame({"corner": ["ll", "ur"], "start": [0.1, 0.2]})
     pulses = {"row": np.array([0, 0]), "time": np.array([0.11, 0.19]), "force": np.array([40.0, 0.1])}
     frame, cycles = make_table().frame, {"slider_x_min": np.array([-0.55, -0.5501])}

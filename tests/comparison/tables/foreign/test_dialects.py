@@ -40,7 +40,6 @@ ENTRIES = [
     "0x10", "inf", "1_0", "1.5.2", "#N/A", "12:30", "5%", "1e", "1'000", "1-101",
     "#", "#5", "%5", "!", "\x1a",
 ]  # fmt: skip
-"""What stands in a table instead of a number."""
 OPTIONS = {
     "separator": [",", ";", "\t", " ", ", ", "  ", " ; ", "\t ", "  \t", "     "],
     "decimal": [".", ".", ","],
@@ -65,7 +64,6 @@ OPTIONS = {
 
 
 def drawn_dialect(rng):
-    """Draw a dialect: one of each option, as far as they go together."""
     drawn = {name: rng.choice(options) for name, options in OPTIONS.items()}
     dialect = Dialect(**drawn, sign=drawn["separator"].strip(" "))
     dialect.spaces = dialect.separator.isspace() and not dialect.separator.startswith("\t")
@@ -106,7 +104,6 @@ def stated(keys, names, units, dialect):
 
 
 def written(names, units, columns, dialect):
-    """Return a table's bytes."""
     cells = [[_cell(value, dialect) for value in column] for column in columns]
     heading = _heading(names, units, dialect)
     lines = []
@@ -186,7 +183,6 @@ VALUES = [0.0, -0.0, 1.0, 0.5, 1.5, 12.125, 250.0, 1500.0, -1234.5, 1234567.875,
 
 
 def drawn_table(rng, dialect):
-    """Draw names, units and columns, the time first, as this dialect can hold them."""
     count, rows = rng.randrange(2, 6), rng.choice([2, 3, 5, 7, 120])
     with_units = dialect.header not in ("names", "comment", "none")
     beside = dialect.header in ("[]", "()", "attached")
