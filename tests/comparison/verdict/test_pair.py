@@ -94,6 +94,7 @@ def test_an_order_counts_only_where_it_is_stated():
     given = ({}, {"order": 1.0})
     u = [sixbar.judge(euler, euler, step=1e-3, **order).channels["y"].u.max() for order in given]
     assert u[0] == pytest.approx(u[1] * 3 / (1.25 * 1.7 / 0.7), rel=1e-2)
+    assert sixbar.judge(euler, euler, step=1e-3, window=0.5).window == 0.5
 
 
 def euler(step, _):

@@ -99,6 +99,13 @@ def test_what_is_indeterminate_is_refined_as_far_as_that_can_help(levels):
     assert (result.verdict, result.refined) == ("indeterminate", ENOUGH_LEVELS)
 
 
+@pytest.mark.parametrize("step", [8e-7, 1e-7])
+def test_a_small_step_is_not_refined_to_the_end(levels, step):
+    model = levels(lambda finer: FAULT * (-1.0) ** round(np.log2(step / finer)), step=step)
+    result = model.settled().comparison
+    assert (result.verdict, result.refined) == ("indeterminate", ENOUGH_LEVELS)
+
+
 @pytest.mark.parametrize(
     ("tree", "verdict"), [(FAULT, "differ"), (0.0, "indeterminate"), (None, "indeterminate")]
 )
