@@ -48,8 +48,9 @@ def test_at_the_tight_tier_every_joint_with_clearance_is_integrated_without_join
     tree = {"formulation": "tree", "step": 1e-4, "tolerance": 1e-11}
     assert solver["exudyn"] == scene.data["solver"]["exudyn"] | (tree if name != "ideal" else {})
     # Forces of joints need five bodies, and models of others have no tight settings.
-    forces = scene.with_values({"output.groups": ["joints"]})
-    assert tight(forces, MODELS).data["solver"]["exudyn"] == forces.data["solver"]["exudyn"]
+    for group in ("joints", "energy"):
+        forces = scene.with_values({"output.groups": [group]})
+        assert tight(forces, MODELS).data["solver"]["exudyn"] == forces.data["solver"]["exudyn"]
     assert tight(scene, ("reference", "other")) is None
 
 
@@ -67,15 +68,16 @@ def test_samples_may_be_dense_in_part_and_runs_from_moved_starts_count():
 
 @pytest.mark.parametrize("clearance", [5e-4, 1e-9])
 def test_the_perturbed_runs_start_a_billionth_of_the_clearance_away(clearance):
-    scene = load_scene("90rpm-0.5mm", {"clearance.slider": clearance, "initial.slider_offset": 0.0})
+    small = {"clearance.slider": clearance, "initial.slider_offset": 0.1 * clearance}
+    scene = load_scene("90rpm-0.5mm", small)
     start, length = scene.data["initial"], scene.data["mechanism"]["slider"]["length"]
     # A run's x is that of the guide and the offset: of nanometres a billionth would be lost in it.
     away = max(1e-15, 1e-9 * clearance)
     for perturbed, sign in zip(perturbed_scenes(scene).values(), (1, -1), strict=True):
-        changed = {"slider_offset": away, "slider_angle": sign * away / length}
+        changed = {"slider_offset": start["slider_offset"] + away, "slider_angle": sign * away / length}
         assert perturbed.data["initial"] == pytest.approx(start | changed, rel=1e-12, abs=0.0)
         guide = scene.data["mechanism"]["guide_x"]
-        assert guide + away != guide
+        assert guide + changed["slider_offset"] != guide + start["slider_offset"]
     assert perturbed_scenes(load_scene("ideal")) == {}
 
 

@@ -107,17 +107,20 @@ def test_one_that_is_late_is_a_row_and_preparing_may_take_ten_times_as_long(tmp_
 
 def do(_task, report):
     """Return the process, and what it inherited."""
-    report(2.0)
+    for share in (-1.0, 0.5, 2.0):
+        report(share)
     return os.getpid(), os.environ["OMP_NUM_THREADS"]
 
 
-def test_workers_have_one_thread_and_live_on_where_they_are_kept_and_no_longer():
+def test_workers_have_one_thread_and_live_on_where_they_are_kept_and_no_longer(monkeypatch):
     """One thread: a sum over threads has no order of its own."""
+    monkeypatch.setenv("OMP_NUM_THREADS", "7")
+    before = dict(os.environ)
 
     def pid_of():
         with closing(work(do, [("one", "")], 1)) as events:
             *shares, (pid, threads) = (event for _, event in events)
-        assert (shares, threads) == ([Share(1.0)], "1")
+        assert (shares, threads) == ([Share(0.0), Share(0.5), Share(1.0)], "1")
         return pid
 
     with kept_workers():
@@ -131,3 +134,4 @@ def test_workers_have_one_thread_and_live_on_where_they_are_kept_and_no_longer()
         assert another != first
     with pytest.raises(ProcessLookupError):  # one that ended and is not waited for is there
         os.kill(another, 0)
+    assert os.environ == before

@@ -125,6 +125,14 @@ def test_a_material_is_a_number_or_one_of_each_partner(assignments, moduli):
     assert repeated(scene).hash == scene.hash
 
 
+def test_a_file_that_extends_another_has_texts_of_its_own(tmp_path):
+    path = tmp_path / "my press.toml"
+    path.write_text('[scene]\nname = "own"\nextends = "150rpm-0.2mm"\n')
+    changed = load_scene(path).with_values({"drive.cycles": 1})
+    assert (changed.title, changed.description) == ("own with drive.cycles = 1", "")
+    assert repeated(changed).hash == changed.hash  # the path has a space
+
+
 def test_a_run_at_another_setting_keeps_the_name_and_its_command_has_the_setting():
     scene = load_scene(PAPER, {"clearance.slider": 4e-4})
     finer = scene.variant({"solver.reference.tolerance": 1e-12})

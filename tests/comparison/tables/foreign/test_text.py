@@ -140,6 +140,7 @@ def test_tables_that_do_not_fit_are_refused_in_one_line(a, b, mapping, rule):
     [
         ("[colums.x]", "colums is not a known key; did you mean columns"),
         (X + "factor = 0.0", "columns.'x': factor = 0 leaves nothing"),
+        (X + "sign = true", "columns.x.sign = True must be -1 or 1"),
         (X + X, "map.toml|line 3"),
         (X + 'unit = "furlong"', "map.toml|'x'|unit|furlong"),
         (X, "map.toml: column 'x' is not in either table; columns: slider_angle, slider_y, time"),
