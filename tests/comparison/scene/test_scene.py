@@ -128,7 +128,9 @@ def test_a_material_is_a_number_or_one_of_each_partner(assignments, moduli):
 def test_a_file_that_extends_another_has_texts_of_its_own(tmp_path):
     path = tmp_path / "my press.toml"
     path.write_text('[scene]\nname = "own"\nextends = "150rpm-0.2mm"\n')
-    changed = load_scene(path).with_values({"drive.cycles": 1})
+    scene = load_scene(path)
+    assert (scene.name, scene.title, scene.description, scene.overrides) == ("own", "own", "", {})
+    changed = scene.with_values({"drive.cycles": 1})
     assert (changed.title, changed.description) == ("own with drive.cycles = 1", "")
     assert repeated(changed).hash == changed.hash  # the path has a space
 
