@@ -1,7 +1,7 @@
 """Two models whose errors are draws, for the confirmation by ensembles."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
@@ -34,7 +34,6 @@ class Fake:
     """Of either model, late in the run, whatever the start."""
     succeed: int | None = None
     """How many runs of an ensemble do; None: all."""
-    asked: list[tuple[str, int]] = field(default_factory=list)
 
     def table(self, late, everywhere=0.0):
         data = self.scene.data
@@ -55,15 +54,14 @@ class Fake:
         )
 
     def run(self, starts, model):
-        self.asked.append((model, len(starts)))
         bias = self.bias[MODELS.index(model)]
         seeds = [int(digest([start.hash, model])[:8], 16) for start in starts]
         tables = [self.table(bias + self.draw(np.random.default_rng(seed))) for seed in seeds]
         return tables[: self.succeed]
 
-    def confirmed(self, a=0.0, b=0.0, tier="standard"):
-        runs = self.family(0, a), self.family(1, b)
-        before = compare(*runs, scene=self.scene, labels=MODELS, tier=tier)
+    def confirmed(self, b=0.0):
+        runs = self.family(0), self.family(1, b)
+        before = compare(*runs, scene=self.scene, labels=MODELS)
         return before, confirm(before, runs, scene=self.scene, models=MODELS, run=self.run)
 
 

@@ -16,27 +16,24 @@ FRAME = pd.DataFrame(
 )
 
 
-def text(header, separator=",", decimal="."):
+def text(header):
     """The frame in ms, mm and deg."""
     columns = FRAME["time"] * 1e3, FRAME["slider_y"] * 1e3, np.degrees(FRAME["slider_angle"])
-    rows = (
-        separator.join(repr(float(v)).replace(".", decimal) for v in row)
-        for row in zip(*columns, strict=True)
-    )
+    rows = (",".join(repr(float(v)) for v in row) for row in zip(*columns, strict=True))
     return "\n".join([header, *rows, ""])
 
 
-def put(name, content, encoding="utf-8"):
+def put(name, content):
     path = Path(name)
-    path.write_bytes(content if isinstance(content, bytes) else content.encode(encoding))
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
     return path
 
 
-def read_pair(a, b=None, mapping=None, at_events=None):
+def read_pair(a, b=None, mapping=None):
     """Read two files, or one that stands for both, by the text of a mapping."""
     rules = Mapping() if mapping is None else load_mapping(put("map.toml", mapping))
     files = [a, b] if b else [open_source(a, rules.dialect.of("a"))] * 2
-    (first, second), warnings = read_tables(files, ["a", "b"], rules, at_events)
+    (first, second), warnings = read_tables(files, ["a", "b"], rules)
     return first, second, warnings
 
 

@@ -1,9 +1,10 @@
-"""Windows of time, moved starts and observed orders of an uncertainty; tests/judge has every number of it."""
+"""Levels, the tight tier, windows, moved starts and observed orders (tests/judge has every number of u)."""
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from comparison.accuracy.levels import coarser, finer, refinement, tight
 from comparison.accuracy.uncertainty import (
     SAFETY_FACTOR,
     Runs,
@@ -11,9 +12,46 @@ from comparison.accuracy.uncertainty import (
     observed_order,
     perturbed_scenes,
 )
-from comparison.scene import load_scene
+from comparison.scene import load_scene, shipped_scenes
 from comparison.tables.table import Table
 from comparison.verdict.compare import compare
+
+TREE = {"solver.exudyn.formulation": "tree"}
+MODELS = ("reference", "exudyn")
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "model", "fine", "coarse", "factor_and_order"),
+    [
+        ("ideal", {}, "reference", {"tolerance": 1e-11}, {"tolerance": 1e-9}, (10.0, 1.0)),
+        # Five bodies their step; finer, Newton's tolerance too. The tree its tolerance, not its longest step.
+        ("ideal", {}, "exudyn", {"step": 4e-6, "tolerance": 1e-8}, {"step": 1.6e-5}, (2.0, 2.0)),
+        ("wedge", TREE, "exudyn", {"tolerance": 1e-11}, {"tolerance": 1e-9}, (10.0, 1.0)),
+    ],
+)
+def test_a_level_changes_what_controls_the_error_of_its_own_model(
+    name, changes, model, fine, coarse, factor_and_order
+):
+    scene = load_scene(name, changes)
+    solver = scene.data["solver"]
+    for changed, values in ((finer(model, scene), fine), (coarser(model, scene), coarse)):
+        assert changed.data["solver"] == solver | {model: solver[model] | values}
+    assert refinement(model, scene) == factor_and_order
+
+
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_at_the_tight_tier_every_joint_with_clearance_is_integrated_without_joints(name):
+    scene = load_scene(name)
+    solver = tight(scene, MODELS).data["solver"]
+    assert solver["reference"]["tolerance"] == 1e-12
+    # The tree's largest step, also where the scene gives one for five bodies
+    tree = {"formulation": "tree", "step": 1e-4, "tolerance": 1e-11}
+    assert solver["exudyn"] == scene.data["solver"]["exudyn"] | (tree if name != "ideal" else {})
+    # Forces of joints need five bodies, and models of others have no tight settings.
+    for group in ("joints", "energy"):
+        forces = scene.with_values({"output.groups": [group]})
+        assert tight(forces, MODELS).data["solver"]["exudyn"] == forces.data["solver"]["exudyn"]
+    assert tight(scene, ("reference", "other")) is None
 
 
 def test_samples_may_be_dense_in_part_and_runs_from_moved_starts_count():
@@ -35,16 +73,11 @@ def test_the_perturbed_runs_start_a_billionth_of_the_clearance_away(clearance):
     start, length = scene.data["initial"], scene.data["mechanism"]["slider"]["length"]
     # A run's x is that of the guide and the offset: of nanometres a billionth would be lost in it.
     away = max(1e-15, 1e-9 * clearance)
-    scenes = perturbed_scenes(scene)
-    assert list(scenes) == ["perturbed", "other_perturbed"]
-    for perturbed, sign in zip(scenes.values(), (1, -1), strict=True):
-        moved = perturbed.data["initial"]
-        # The offset is 5e-5 m: its last digit is 7e-21 m.
-        assert moved["slider_offset"] - start["slider_offset"] == pytest.approx(away, rel=1e-6)
-        assert moved["slider_angle"] == pytest.approx(sign * away / length, rel=1e-12)
-        assert {key for key in moved if moved[key] != start[key]} == {"slider_offset", "slider_angle"}
+    for perturbed, sign in zip(perturbed_scenes(scene).values(), (1, -1), strict=True):
+        changed = {"slider_offset": start["slider_offset"] + away, "slider_angle": sign * away / length}
+        assert perturbed.data["initial"] == pytest.approx(start | changed, rel=1e-12, abs=0.0)
         guide = scene.data["mechanism"]["guide_x"]
-        assert guide + moved["slider_offset"] != guide + start["slider_offset"]
+        assert guide + changed["slider_offset"] != guide + start["slider_offset"]
     assert perturbed_scenes(load_scene("ideal")) == {}
 
 
@@ -64,9 +97,9 @@ def test_the_power_of_the_error_is_observed(make_table, scene, power, factor):
     coarser, base, finer = (make_table(error=1e-6 * factor ** (-power * n)) for n in range(3))
     runs = Runs(base=base, finer=finer, coarser=coarser, refinement=(factor, 2.0))
     result = compare(runs, runs, scene=scene, labels=("reference", "exudyn"))
-    for refinement in result.attribution.refinements:
+    for each in result.attribution.refinements:
         # Differences of 1e-14 of channels of size 1 are known to a hundredth; errors are exact multiples.
-        assert (refinement.observed, refinement.order) == pytest.approx((power, 2.0), abs=0.02)
+        assert (each.observed, each.order) == pytest.approx((power, 2.0), abs=0.02)
     judged = {"slider_x": (np.arange(base.time.size) > 5, 2e-4)}
     for unknown in (Runs(base, finer), Runs(base, base, None, coarser), Runs(base, finer, None, base)):
         assert np.isnan(observed_order(unknown, judged))

@@ -1,10 +1,12 @@
-"""Scenes are complete, and hashed by what can change a result (tests/cli has how they are refused)."""
+"""Scenes are complete, hashed by what can change a result, and know how they differ from their files."""
 
-import pickle
+import re
+import shlex
 
 import pytest
 
-from comparison.scene import load_scene, parse_set, scene_from_mapping
+from comparison.scene import SceneError, load_scene, parse_set, scene_from_mapping
+from comparison.scene.keys import flat, scene_keys
 
 PAPER = "150rpm-0.2mm"
 FULL = {"formulation": "full", "method": "auto", "step": 2e-6, "tolerance": 1e-7}
@@ -30,27 +32,6 @@ def test_the_mapping_is_complete_plain_and_without_the_criteria():
     assert scene.period == pytest.approx(60 / 210, rel=1e-15)
 
 
-@pytest.mark.parametrize(
-    ("changes", "formulation"),
-    [
-        ({}, "tree"),
-        ({"joints.crank_pin": "clearance", "joints.slider": "ideal"}, "tree"),
-        ({"joints.slider": "ideal"}, "full"),
-        ({"output.groups": ["accelerations", "joints"]}, "full"),
-        ({"solver.exudyn.method": "generalized-alpha"}, "full"),
-    ],
-)
-def test_exudyn_left_open_integrates_no_more_than_what_is_requested(changes, formulation):
-    usual = {"joints.crank_pin": "ideal", "joints.slider": "clearance", FORMULATION: "auto"}
-    auto = load_scene("crank-pin", usual | changes)
-    named = auto.with_values({FORMULATION: formulation})
-    # The steps that the file gives five bodies are not the tree's, nor are those of a run that requests more;
-    # named, as in the file, the five bodies have the file's.
-    steps = [exudyn(scene)["step"] for scene in (auto, named)]
-    assert steps == {"tree": [1e-4, 1e-4], "full": [2e-6, 2.5e-7]}[formulation]
-    assert exudyn(auto) | {"step": steps[1]} == exudyn(named)
-
-
 def test_settings_and_a_start_that_are_left_open_follow_what_is_changed():
     tree = load_scene(PAPER, {FORMULATION: "tree"})
     assert exudyn(tree) == exudyn(load_scene("crank-pin").with_values({FORMULATION: "tree"})) == TREE
@@ -58,8 +39,11 @@ def test_settings_and_a_start_that_are_left_open_follow_what_is_changed():
     assert exudyn(back) == FULL | {"step": 1e-6}
     own = load_scene(PAPER, {"solver.exudyn.tolerance": 1e-8, FORMULATION: "tree"})
     assert exudyn(own) == TREE | {"tolerance": 1e-8}
-    for given, offset in ({}, 0.0), ({"initial.slider_offset": 1e-5}, 1e-5):
-        moved = load_scene(PAPER, given).with_values({"mechanism.reference_offset": 0.0})
+    # The step that the file gives five bodies is not the tree's, nor that of a run that requests more.
+    for changes, step in (({}, 1e-4), ({"solver.exudyn.method": "generalized-alpha"}, 2e-6)):
+        assert exudyn(load_scene("crank-pin", {FORMULATION: "auto"} | changes))["step"] == step
+    for start, offset in ({}, 0.0), ({"initial.slider_offset": 1e-5}, 1e-5):
+        moved = load_scene(PAPER, start).with_values({"mechanism.reference_offset": 0.0})
         assert moved.data["initial"]["slider_offset"] == offset
 
 
@@ -76,6 +60,125 @@ def test_the_hash_sees_numbers_and_not_texts():
     assert scene.with_values(same).hash == scene.hash
     changes = {"drive.speed_rpm": -77.7, "solver.exudyn.step": 1e-6, "output.groups": []}
     assert len({scene.hash, *(scene.with_values({key: value}).hash for key, value in changes.items())}) == 4
-    # It survives its mapping and the way to a worker.
     assert scene_from_mapping(scene.data).hash == scene.hash
-    assert pickle.loads(pickle.dumps(scene)).hash == scene.hash  # noqa: S301
+
+
+PAPER = "150rpm-0.2mm"
+SLIDER, GUIDE, BOTH = (f"contact.youngs_modulus{partner}" for partner in (".slider", ".guide", ""))
+
+
+def repeated(scene):
+    """Load the scene of its command as a shell and the command line read it."""
+    sixbar, verb, source, *options = shlex.split(scene.command("plan"))
+    assert (sixbar, verb, set(options[::2])) == ("sixbar", "plan", {"--set"} if options else set())
+    return load_scene(source, parse_set(options[1::2]))
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ({"drive.cycles": 2, "clearance.slider": 0.0078125}, {"drive.cycles": 1}),  # the first key is dropped
+        ({"scene.title": 'it\'s "7" = #1\n\\n\u2028', "mechanism.rocker_pivot": [0.1, -1e-12]}, {}),
+        ({"scene.description": "", "output": {"groups": ["energy", "joints"]}}, {"scene.title": ""}),
+        ({"solver.exudyn": {"formulation": "tree", "tolerance": 1e-10}}, {SLIDER: 50e9}),
+        ({SLIDER: 69e9, BOTH: 50e9}, {GUIDE: 210e9}),
+        ({GUIDE: 50e9}, {BOTH: 69e9, "joints.slider": "clearance"}),
+    ],
+)
+def test_the_command_of_a_scene_repeats_it_and_python_does_as_the_command_line_does(first, second):
+    scene = load_scene(PAPER, first).with_values(second)
+    again = repeated(scene)
+    assert (again.hash, again.overrides) == (scene.hash, scene.overrides)
+    assert (again.name, again.title, again.description) == (scene.name, scene.title, scene.description)
+    assert (scene.name == PAPER) == all(key.startswith("scene.") for key in scene.overrides)
+    assert re.fullmatch(r"[A-Za-z0-9._+=-]{1,100}", scene.name)  # a folder, everywhere
+    if not {SLIDER, BOTH, GUIDE} & {*first, *second}:  # of which a later one replaces another
+        assert load_scene(PAPER, first | second).name == scene.name
+
+
+def test_what_is_changed_is_in_the_title_and_nothing_false_is_said():
+    changes = {"clearance.slider": 4e-4, BOTH: 69e9, "joints.slider": "ideal"}
+    changed = load_scene(PAPER, changes)
+    assert changed.title == (
+        "150rpm-0.2mm with clearance.slider = 0.4 mm, contact.youngs_modulus = 69 GPa, joints.slider = ideal"
+    )
+    # What is there already is no change, nor is what is changed back.
+    same = load_scene(PAPER, {"clearance.slider": 2e-4, "drive.speed_rpm": 150, "drive": {"cycles": 2}})
+    back = changed.with_values({"clearance": {"slider": 2e-4}, BOTH: 210e9})
+    for scene in (same, back.with_values({"joints.slider": "clearance"})):
+        assert (scene.overrides, scene.data) == ({}, load_scene(PAPER).data)
+        assert scene.command("run", "--out", "a b.csv") == "sixbar run 150rpm-0.2mm --out 'a b.csv'"
+
+
+@pytest.mark.parametrize(
+    ("assignments", "moduli"),
+    [
+        (["{0}.slider=69e9"], {"slider": 69e9, "guide": 210e9}),
+        (["{0}=69e9", "{0}.guide=210e9"], {"slider": 69e9, "guide": 210e9}),
+        (["{0}.guide=210e9", "{0}=69e9"], 69e9),
+        (["{0}.guide=210e9"], 210e9),  # that of both
+    ],
+)
+def test_a_material_is_a_number_or_one_of_each_partner(assignments, moduli):
+    scene = load_scene(PAPER, parse_set([text.format(BOTH) for text in assignments]))
+    assert scene.data["contact"]["youngs_modulus"] == moduli
+    assert repeated(scene).hash == scene.hash
+
+
+def test_a_file_that_extends_another_has_texts_of_its_own(tmp_path):
+    path = tmp_path / "my press.toml"
+    path.write_text('[scene]\nname = "own"\nextends = "150rpm-0.2mm"\n')
+    scene = load_scene(path)
+    assert (scene.name, scene.title, scene.description, scene.overrides) == ("own", "own", "", {})
+    changed = scene.with_values({"drive.cycles": 1})
+    assert (changed.title, changed.description) == ("own with drive.cycles = 1", "")
+    assert repeated(changed).hash == changed.hash  # the path has a space
+
+
+def test_a_run_at_another_setting_keeps_the_name_and_its_command_has_the_setting():
+    scene = load_scene(PAPER, {"clearance.slider": 4e-4})
+    finer = scene.variant({"solver.reference.tolerance": 1e-12})
+    assert (finer.name, finer.title, finer.data["scene"]) == (scene.name, scene.title, scene.data["scene"])
+    assert repeated(finer).hash == finer.hash != scene.hash
+
+
+SETTABLE = [key for key in scene_keys() if "[]" not in key.name and not key.name.startswith("scene.")]
+RULE = re.compile(r"(>=?|<=?) (\S+)")
+
+
+def refusal(name, value):
+    with pytest.raises(SceneError) as error:
+        load_scene("150rpm-0.2mm", {name: value})
+    return str(error.value)
+
+
+def test_every_key_of_a_scene_is_listed_with_the_papers_value_and_described():
+    values = flat({name: part for name, part in load_scene("paper").data.items() if name != "scene"})
+    listed = {key.name: key.default for key in scene_keys()}
+    assert len(listed) == len(scene_keys())
+    for name, value in values.items():
+        assert listed[name] == (None if name == "initial.slider_offset" else value), name
+    for key in scene_keys():
+        assert re.fullmatch(r"[A-Z][^\n]{3,110}\.", key.description), key
+    units = {key.name: key.unit for key in scene_keys()}
+    assert units["reliability.velocity.upper"] == "m/s"  # that of its section
+
+
+@pytest.mark.parametrize(
+    "key", [key for key in SETTABLE if RULE.search(key.bounds)], ids=lambda key: key.name
+)
+def test_what_is_outside_the_listed_bounds_is_refused_with_them(key):
+    for sign, bound in RULE.findall(key.bounds.replace(",", "")):
+        value = float(bound) + (0 if "=" not in sign else -1 if sign == ">=" else 1)
+        if "integer" in key.bounds:
+            value = int(value) + (sign == "<=") * int(float(bound))  # 1e15 + 1 is more
+        message = refusal(key.name, value)
+        assert f"must be {sign} {bound}" in message
+        assert f" {key.unit} must" in message or not key.unit
+
+
+def test_the_listed_choices_are_all_that_is_taken():
+    for key in SETTABLE:
+        for choice in key.bounds.split(" | ") if " | " in key.bounds and "branch" not in key.name else ():
+            assert load_scene("150rpm-0.2mm", {key.name: choice})
+            assert f"'{choice}'" in refusal(key.name, "?")

@@ -1,4 +1,4 @@
-"""Tables, contacts, pulses and results that cannot be meant are refused; by what a difference is measured."""
+"""What cannot be meant is refused in one line; tables come back bit for bit; what measures a difference."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -11,6 +11,7 @@ import pytest
 from comparison.scene import load_scene
 from comparison.tables.channels import channels
 from comparison.tables.table import Table, TableError, check, thinned
+from comparison.tables.table_files import companions, read, write
 
 TIME = np.linspace(-0.5, 1.5, 21)
 MEASURES = ("normal_speed", "impulse", "peak_force", "largest_depth")
@@ -30,30 +31,9 @@ def pulses(*counts):
     return {"row": np.repeat(np.arange(len(counts)), counts), "time": np.concatenate(times), "force": force}
 
 
-def result(contacts=0, **changed):
-    """A model's result with contacts at the times of `pulses`."""
-    start = 1.0 + np.arange(contacts)
-    events = {"corner": np.array(["ll"] * contacts), "start": start, "end": start + 0.5}
-    parts = {
-        "columns": {"time": np.linspace(0.0, 10.0, 101), "slider_x": np.zeros(101)},
-        "events": events | dict.fromkeys(MEASURES, np.ones(contacts)) if contacts else {},
-        "extrema": {},
-        "provenance": {"model": "mine"},
-        "status": "success",
-        "remedy": "",
-    }
-    return SimpleNamespace(**(parts | changed))
-
-
-def test_contacts_up_to_half_a_sample_behind_the_end_are_accepted():
-    for good in ({"start": 0.2}, {"start": -0.5, "end": 1.55}, dict.fromkeys(MEASURES, 0.0)):
-        check(table(**good), ["slider_x"])
-
-
 @pytest.mark.parametrize(
     ("changed", "rule"),
     [
-        ({"x": -np.inf}, "slider_x is -inf in data row 1"),
         ({"x": TIME > 9}, "slider_x is False in data row 1, and must be a number"),
         ({"x": "oops"}, "slider_x is 'oops' in data row 1, and must be a number"),
         ({"x": -1.1e30}, r"slider_x is -1.1e\+30 in data row 1, .* at most 1e\+30"),
@@ -71,31 +51,12 @@ def test_what_cannot_be_meant_is_refused_by_channel_and_row(changed, rule):
     assert "\n" not in str(error.value)
 
 
-@pytest.mark.parametrize(
-    ("changed", "rule"),
-    [
-        ({"status": 0}, "result: status must be a str, not int"),
-        ({"provenance": {"counters": 5}}, "extrema or provenance: counters must be an object"),
-        ({"cycle_extrema": {"a": np.zeros(2), "b": np.zeros(3)}}, "columns differ in length"),
-        ({"pulses": pulses(3) | {"row": np.zeros(3)}}, "row must be an array of integers, shape (n,)"),
-        ({"pulses": pulses(3) | {"force": np.zeros((3, 1))}}, "force must be an array of real numbers"),
-        ({"pulses": pulses(3) | {"force": np.array([0, np.nan, 0])}}, "force is not finite in sample 2"),
-        ({"pulses": pulses(3) | {"row": np.array([0, 1, 0])}}, "not sorted by row and time at sample 3"),
-        ({"pulses": pulses(3) | {"time": np.array([1.0, 1.1, 1.1])}}, "not sorted by row and time at"),
-    ],
-)
-def test_what_is_no_result_is_refused_in_one_line(changed, rule):
-    with pytest.raises(TableError) as error:
-        Table.from_result(result(1, **changed))
-    message = str(error.value)
-    assert message.startswith("the model's ")
-    assert rule in message
-    assert "\n" not in message
+def test_contacts_up_to_half_a_sample_behind_the_end_are_accepted():
+    check(table(start=0.2), ["slider_x"])
+    check(table(start=-0.5, end=1.55, **dict.fromkeys(MEASURES, 0.0)), ["slider_x"])
 
 
-@pytest.mark.parametrize(
-    ("count", "parts", "first"), [(32, 32, 1), (33, 16, 1), (399, 16, 1), (5000, 96, 32)]
-)
+@pytest.mark.parametrize(("count", "parts", "first"), [(32, 32, 1), (33, 16, 1), (5000, 96, 32)])
 def test_thinning_keeps_the_ends_and_the_extrema_of_equal_parts(count, parts, first):
     """And of a long contact the impact."""
     given = pulses(count)
@@ -107,7 +68,18 @@ def test_thinning_keeps_the_ends_and_the_extrema_of_equal_parts(count, parts, fi
 
 
 def test_pulses_of_a_result_are_of_its_events():
-    whole = Table.from_result(result(3, pulses=pulses(20, 50, 1)))
+    start = 1.0 + np.arange(3)
+    events = {"corner": np.array(["ll"] * 3), "start": start, "end": start + 0.5}
+    result = SimpleNamespace(
+        columns={"time": np.linspace(0.0, 10.0, 101), "slider_x": np.zeros(101)},
+        events=events | dict.fromkeys(MEASURES, np.ones(3)),
+        pulses=pulses(20, 50, 1),
+        extrema={},
+        provenance={"model": "mine"},
+        status="success",
+        remedy="",
+    )
+    whole = Table.from_result(result)
     check(whole, ["slider_x"])
     np.testing.assert_array_equal(whole.pulses["time"], thinned(pulses(20, 50, 1))["time"])
     for events, rule in ((whole.events[:2], "row 2 is none of 2 events"), (None, "row 0 is none of 0")):
@@ -115,22 +87,84 @@ def test_pulses_of_a_result_are_of_its_events():
             check(replace(whole, events=events), ["slider_x"])
 
 
-C_SLIDER, C_PIN = 3e-4, 2e-4  # m
+def test_where_the_pin_alone_has_clearance_a_difference_of_the_slider_is_measured_by_that():
+    joints = {"joints.slider": "ideal", "joints.crank_pin": "clearance", "clearance.crank_pin": 2e-4}
+    scene = load_scene("paper", joints).data
+    scales = {name: channel.scale_value(scene, 7.0) for name, channel in channels().items()}
+    assert [scales[name] for name in ("slider_x", "slider_y", "journal_x", "slider_ay")] == [2e-4] * 3 + [7.0]
+
+
+PARTS = {
+    "events": pd.DataFrame({"corner": ["ll", "ur"], "start": [0.0, 0.1], "end": [0.01, 0.2]}),
+    "extrema": {"slider_x": {"min": -1.0, "time_of_min": 0.1, "max": 1.0, "time_of_max": 0.2}},
+    "provenance": {"model": "reference", "status": "success"},
+    "pulses": {"row": np.array([0, 1]), "time": np.array([0.005, 0.1]), "force": np.array([1.0, 2.0])},
+    "cycle_extrema": {"slider_x_min": np.array([-1.0, -0.1 - 2e-17])},
+}
+
+
+@pytest.mark.parametrize("ending", ["parquet", "CSV"])
+def test_what_is_written_is_read_bit_for_bit(tmp_path, make_table, ending):
+    table = replace(make_table(), **PARTS)
+    path = write(table, tmp_path / "deep" / f"run.{ending}")
+    beside = {f"run.{end}" for end in ("events.csv", "pulses.csv", "extrema.csv", "json")}
+    assert {file.name for file in companions(table, path)} == beside
+    assert {file.name for file in path.parent.iterdir()} == beside | {path.name}
+    again = read(path)
+    assert list(again.frame) == list(table.frame)
+    assert again.frame.to_numpy().tobytes() == table.frame.to_numpy().tobytes()
+    pd.testing.assert_frame_equal(again.events, table.events, check_exact=True)
+    assert (again.extrema, again.provenance) == (table.extrema, table.provenance)
+    for one, other in ((again.pulses, table.pulses), (again.cycle_extrema, table.cycle_extrema)):
+        assert list(one) == list(other)
+        for name in other:
+            assert (one[name].dtype, one[name].tobytes()) == (other[name].dtype, other[name].tobytes())
+    bare = read(write(make_table(), path))  # what an earlier table has beside it goes
+    assert {file.name for file in path.parent.iterdir()} == {path.name, "run.json"}
+    assert (bare.events, bare.pulses, bare.cycle_extrema) == (None, None, None)
+
+
+def test_any_double_survives_the_text_file(tmp_path):
+    values = np.random.default_rng(0).bytes(8 * 1000)
+    values = np.nan_to_num(np.frombuffer(values))  # of any exponent
+    write(Table(pd.DataFrame({"time": np.arange(1000.0), 'a "quoted", name': values})), tmp_path / "a.csv")
+    assert np.array_equal(read(tmp_path / "a.csv").values('a "quoted", name'), values)
 
 
 @pytest.mark.parametrize(
-    ("joints", "x", "y"),
+    ("name", "text", "rule"),
     [
-        ({}, C_SLIDER, 0.2093 * C_SLIDER),
-        ({"joints.slider": "ideal", "joints.crank_pin": "clearance"}, C_PIN, C_PIN),
-        ({"joints.crank_pin": "clearance"}, C_SLIDER, 0.2093 * C_SLIDER),
+        ("csv", "time,slider_x\n0,1,2\n1,2,3\n", "more values than its header"),
+        ("csv", "time,slider_x,slider_x\n0,1,2\n1,2,3\n", "channel slider_x.1 is unexpected"),
+        ("extrema.csv", "slider_x_min\nlow\n", "its cycle_extrema: slider_x_min must be an array of real"),
+        ("pulses.csv", "row,time\n0,1.0\n", "its pulses: force must be an array of real numbers"),
+        (
+            "pulses.csv",
+            "row,time,force\n0,1.0,2\n0,1.1,inf\n",
+            "time or force is not finite in sample 2",
+        ),
+        (
+            "pulses.csv",
+            "row,time,force\n1,1.0,2\n0,1.1,2\n",
+            "not sorted by row and time at sample 2",
+        ),
+        (
+            "pulses.csv",
+            "row,time,force\n0,1.1,2\n0,1.1,2\n",
+            "not sorted by row and time at sample 2",
+        ),
+        ("json", '{"extrema": {"slider_x": 1}}', "extrema of slider_x must be an object of numbers"),
+        ("json", '{"wall_time_s": "long"}', "wall_time_s must be a number"),
+        ("json", '{"counters": 5}', "counters must be an object"),
+        ("json", '{"scene": {"solver": 5}}', r"scene\.solver must be an object"),
     ],
 )
-def test_a_difference_is_measured_by_the_clearance_that_moves_it_else_by_the_range(joints, x, y):
-    sizes = {"clearance.slider": C_SLIDER, "clearance.crank_pin": C_PIN}
-    scene = load_scene("paper", sizes | joints).data
-    scales = {name: channel.scale_value(scene, 7.0) for name, channel in channels().items()}
-    # A cycle at 150 rpm takes 0.4 s. Products and quotients of a few numbers: some units of the last place.
-    exact = {"slider_x": x, "slider_y": y, "slider_angle": x / 0.07, "slider_vy": y / 0.004}
-    assert {name: scales[name] for name in exact} == pytest.approx(exact, rel=1e-14, abs=0.0)
-    assert (scales["slider_ay"], scales["journal_x"], scales["journal_y"]) == (7.0, C_PIN, C_PIN)
+def test_files_that_are_no_tables_and_companions_that_are_none_are_one_line(
+    tmp_path, make_table, name, text, rule
+):
+    path = write(make_table().only(["slider_x"]), tmp_path / "run.csv")
+    (tmp_path / "run.events.csv").write_text("corner,start,end\n")  # without it no pulses are read
+    (tmp_path / f"run.{name}").write_text(text)
+    with pytest.raises(TableError, match=rule) as refused:
+        check(read(path), ["slider_x"], name="run")
+    assert "\n" not in str(refused.value)

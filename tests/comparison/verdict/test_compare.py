@@ -1,29 +1,31 @@
-"""Where a difference comes from, by the runs of both models."""
+"""Where a difference comes from; verdicts by tolerances and limits; which of three models is the outlier."""
 
 from dataclasses import replace
 from math import isnan
 
+import numpy as np
 import pandas as pd
 import pytest
 from by_keywords import compare
 
 from comparison.accuracy.uncertainty import Runs
+from comparison.tables.table import Table
+from comparison.verdict.results import Basis
+from comparison.verdict.validate import pairs, standing
+from comparison.words import verdicts as words
 from comparison.words.differences import attribution_lines
-
-LABELS = ("reference", "exudyn")
-KINDS = ("base", "finer", "perturbed", "coarser", "other_perturbed")
+from comparison.words.verdicts import scene_reason
 
 
 def compared(scene, a, b):
-    return compare(a, b, scene=scene, labels=LABELS)
+    return compare(a, b, scene=scene, labels=("reference", "exudyn"))
 
 
-def moved(runs, late, parts=(1.0,) * 5, **columns):
-    """Move columns of a model's runs from some time on, by a size times the part of each run."""
-    for kind, part in zip(KINDS, parts, strict=True):
+def moved(runs, late, **columns):
+    for kind in ("base", "finer", "perturbed", "coarser", "other_perturbed"):
         frame = getattr(runs, kind).frame
         for name, by in columns.items():
-            frame.loc[frame["time"] > late, name] += part * by
+            frame.loc[frame["time"] > late, name] += by
     return runs
 
 
@@ -73,8 +75,115 @@ def test_a_difference_of_models_is_located_by_time_channel_and_contact(scene, ma
 
 
 def test_the_model_that_limits_the_coverage_is_named(scene, make_runs):
-    # 0.2 of the clearance from half a cycle on, and not at all in the reference.
-    a, b = make_runs(1e-6), moved(make_runs(1e-6), 0.2, (1.0, 0.25, 4.0, 4.0, 4.0), slider_x=2e-5)
-    result = compared(scene, a, b)
+    result = compared(scene, make_runs(1e-6), make_runs(3e-2))
     assert result.channels["slider_x"].verdict == "indeterminate"
     assert result.attribution.unpredictable == {"a": 0.0, "b": 1.0, "each": 0.0, "together": 0.0}
+
+
+THREE = ("one", "two", "three")
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "outcome", "said"),
+    [
+        ("differ, differ, agree", "outlier", "One is the outlier: it differs from two and three, which"),
+        ("differ, agree, differ", "outlier", "Two is the outlier"),
+        ("agree, agree, agree", "agree", "All 3 agree."),
+        # Near the threshold agreement is not transitive.
+        ("agree, agree, differ", "differ", "No model is the outlier: two and three differ"),
+        ("differ, differ, differ", "differ", "one and three differ"),
+        ("indeterminate, differ, differ", "undecided", "one and two: indeterminate"),
+        ("agree, cannot compare, cannot compare", "agree", "; three cannot be compared."),
+        ("differ, cannot compare, cannot compare", "differ", "one and two differ"),
+        ("agree, agree, cannot compare", "undecided", "two and three: cannot compare"),
+        ("cannot compare, cannot compare, cannot compare", "cannot compare", "one, two and three cannot be"),
+    ],
+)
+def test_the_model_that_differs_from_two_that_agree_is_the_outlier_else_none(verdicts, outcome, said):
+    result = standing(THREE, dict(zip(pairs(THREE), verdicts.split(", "), strict=True)))
+    assert (result.outcome, bool(result.outlier)) == (outcome, outcome == "outlier")
+    assert said in words.standing(result)
+
+
+def test_one_of_four_is_the_outlier_only_if_the_three_others_all_agree():
+    models = (*THREE, "four")
+    verdicts = {pair: "differ" if "four" in pair else "agree" for pair in pairs(models)}
+    assert standing(models, verdicts).outlier == "four"
+    assert standing(models, verdicts | {("one", "two"): "differ"}).outlier == ""
+
+
+TIME = np.linspace(0.0, 2.0, 1001)
+WAVE = np.sin(2 * np.pi * TIME / 0.4)
+
+
+def judged(name, a, b, **options):
+    return compare(*(Runs(Table(pd.DataFrame({"time": TIME, name: each}))) for each in (a, b)), **options)
+
+
+def test_a_shift_is_held_against_the_tolerance():
+    """Most samples of a slow channel stay within a share of its range."""
+
+    def shifted(late):
+        w = 2 * np.pi / 0.4
+        y, vy = np.cos(w * (TIME - late)), -w * np.sin(w * (TIME - late))
+        return Runs(Table(pd.DataFrame({"time": TIME, "slider_y": y, "slider_vy": vy})))
+
+    for shift, verdict in ((5e-4, "agree"), (8e-4, "differ"), (-8e-4, "differ")):
+        # y passes its range at the range of its rate in T / (2 pi) = 64 ms: 0.64 ms at 1 %.
+        sides = shifted(0.0), shifted(shift)
+        result = compare(*sides, tolerance=0.01, only=["slider_y"], labels=("reference", "exudyn"))
+        assert (result.verdict, result.channels["slider_y"].verdict) == (verdict, "agree")
+    assert scene_reason(result).startswith("reference is later than exudyn by 0.0008 s")
+    assert "The tolerance allows 0.00064 s" in scene_reason(result)
+
+
+def impact(start, height=40.0):
+    phase = (TIME - start) / 0.02
+    return np.where((phase > 0) & (phase < 1), height * np.sin(np.pi * phase), 0.0)
+
+
+BOTH = {"tolerance": 0.05, "time_tolerance": 0.005}
+
+
+@pytest.mark.parametrize(
+    ("b", "options", "verdict"),
+    [
+        (impact(0.304), BOTH, "agree"),
+        (impact(0.304), {"tolerance": 0.05}, "differ"),
+        (impact(0.304, height=30.0), BOTH, "differ"),
+        (0 * TIME, BOTH, "differ"),
+        (0 * TIME, {"gate": {"peak_scaled": 0.1}}, "differ"),
+    ],
+)
+def test_an_impact_may_be_late_but_not_absent_nor_lower(b, options, verdict):
+    for pair in ((impact(0.3), b), (b, impact(0.3)))[: 1 + ("gate" not in options)]:
+        result = judged("corner_ll_normal", *pair, **options)
+        channel = result.channels["corner_ll_normal"]
+        assert result.verdict == verdict
+        if verdict == "agree":
+            assert channel.worst_size <= channel.worst_threshold < abs(channel.max_difference)
+        if options is BOTH and not b.any():
+            assert channel.worst_size == pytest.approx(40.0, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("gate", "tolerance", "verdict"),
+    [
+        ({"correlation": 0.99, "rms_scaled": 0.02, "peak_scaled": 0.02}, None, "agree"),
+        ({"correlation": 0.99, "peak_scaled": 1e-6}, None, "differ"),
+        ({"tube_share": 0.5}, None, "agree"),
+        # Beside a tolerance it adds to it
+        ({"rms_scaled": 1e-4}, 0.1, "differ"),
+        ({"rms_scaled": 0.1}, 0.1, "agree"),
+        ({"rms_scaled": 0.1}, 1e-3, "differ"),  # and cannot undo what that finds
+    ],
+)
+def test_limits_of_metrics_decide_alone_or_beside_a_tolerance(gate, tolerance, verdict):
+    result = judged("slider_x", WAVE, 1.01 * WAVE, gate=gate, tolerance=tolerance)
+    channel = result.channels["slider_x"]
+    assert result.verdict == verdict
+    assert [check.metric for check in channel.checks] == list(gate)
+    assert (channel.basis is Basis.GATE) == (not tolerance or (verdict, tolerance) == ("differ", 0.1))
+    if channel.basis is Basis.GATE:  # no sample decides
+        assert np.isnan(channel.ratio)
+        assert (result.decisive, result.worst_channel) == (None, channel)

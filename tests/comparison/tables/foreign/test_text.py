@@ -1,11 +1,19 @@
-"""Tables that once were misread or refused, of kinds that the random ones (test_dialects) have not."""
+"""Tables that once were misread or refused (others: test_dialects), and which column is which channel."""
 
+import math
+import re
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from foreign_tables import put, read_pair, refused
+from foreign_tables import put, read_pair, refused, text
+from hypothesis import given
+from hypothesis import strategies as st
+
+from comparison.tables.channels import channels
+from comparison.tables.mapping import Dialect, load_mapping
+from comparison.tables.units import parse_unit
 
 
 @pytest.mark.parametrize(
@@ -13,38 +21,32 @@ from foreign_tables import put, read_pair, refused
     [
         ("# time, x\n0 1\n1 2\n", "x"),  # numpy's savetxt with a header of one's own
         ("TIME(Sec),x\n0,1\n1,2\n", "x"),
-        ("time,T\n0,1\n1,2\n", "T"),
-        ("time x1 x2\ns m2 m2\n0 1 2\n1 2 3\n", "x1 x2"),
         ("time,0,1\n0.0,1,2\n1.0,2,3\n", "0 1"),
         ("2 3\n0 1 2\n1 2 3\n", "#2 #3"),  # the number of rows and columns
-        ("0,1,5\n0.5,2,6\n", "#2 #3"),
         ("time,ratio\ns,1\n0,5\n1,6\n", "ratio"),
         ("inDegrees=yes\nendheader\ntime knee\n0 1\n1 2\n", "knee"),
     ],
 )
-def test_a_table_as_programs_write_it_is_read_in_any_encoding(content, names):
-    a, b, warnings = read_pair(put("a.csv", content), put("b.csv", content, "utf-16"))
-    assert a.frame.equals(b.frame)
-    assert (" ".join(a.channels), len(a.frame)) == (names, 2)
+def test_a_table_as_programs_write_it_is_read(content, names):
+    table, _, warnings = read_pair(put("a.csv", content))
+    assert (" ".join(table.channels), len(table.frame)) == (names, 2)
     assert any("inDegrees" in line for line in warnings) == ("inDegrees" in content)
 
 
-FIELDS, BELOW = "must hold {} fields, as the first row", "line 2, below"
+pytestmark = pytest.mark.usefixtures("elsewhere")
+FIELDS = "must hold {} fields, as the first row"
 TITLE = "may be a row, name the columns or be a title: state decimal, thousands, names or skip"
 
 
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ("time;y\nms;mm\n20,5;1.2345,5\n30,5;1.2345,5\n", "not clear from '1.2345,5' and '20,5'"),
         ("3 2\n4 5\n5 6\n6 7\n", "line 1 holds 3, 2, which may be names or numbers, or a size: state skip"),
         ("time   slider pos\n0      1\n1      2\n", TITLE),
-        ('time,"x\n[mm]"\n0,1\n1,2\n', BELOW),
+        ('time,"x\n[mm]"\n0,1\n1,2\n', "line 2, below"),
         ("time x\n0 1\n1\n", f"line 3 {FIELDS.format(2)}, and close quotation marks: state separator"),
         ('time,x\n0,1\n1,"2\n3"\n2,3\n', f"line 3 {FIELDS.format(2)}"),
         ("time,x\n" + "".join(f"{n},1\n" for n in range(999)) + "\x00\n", "has a zero byte"),
-        ("time,x\n0,1\n12:01,2\n", "'time' is not a number in line 3: '12:01'"),
-        ("time,slider_y [mm each]\n0,1\n1,2\n", "unit 'mm each' does not fit the channel slider_y"),
     ],
 )
 def test_what_is_not_clear_is_one_line(content, words):
@@ -63,30 +65,13 @@ ROWS = "0,1,5\n1,2,6\n"
 NAMED = 'names = ["time", "p", "q"]'
 CLOCK = 'skip = 1\nnames = ["time", "x", "flag"]\n[columns.x]\nchannel = "x"\n[channels.x]'
 ZEIT = 'skip = 0\n[columns.Zeit]\nchannel = "time"\nunit = "s"\n[columns.x]\nchannel = "x"\n[channels.x]'
-COMMENT = "may be a comment, a row or another heading"
 
 
 @pytest.mark.parametrize(
     ("content", "words", "keys", "names", "values"),
     [
         ("time,load (left),load (right)\n" + ROWS, "column 'load' occurs twice", NAMED, "p q", [1, 2]),
-        ("time,x,F\n0,1,5\n#0.5,9,9\n1,2,6\n", f"line 3 {COMMENT}", 'comment = "#"', "x F", [1, 2]),
-        (
-            "time,den,F\n" + ROWS + "end,of,run\n",
-            "number in line 4: 'end'",
-            'comment = "end"',
-            "den F",
-            [1, 2],
-        ),
-        (
-            "time;x;F\n0;1.500;5\n1;2.500;6\n",
-            "not clear from '1.500'",
-            'thousands = "."',
-            "x F",
-            [1500, 2500],
-        ),
         ("Zeit;x;F\n0;1;5\n1;2;6\n", f"line 1 {TITLE}", ZEIT, "x", [1, 2]),
-        ("0,1,2\n0.5,3,6\n", "may be names or numbers", "names = []", "#2 #3", [1, 3]),
         ("time|x|F\n0|1|5\n1|2|6\n", "contains no row of two or more", 'separator = "|"', "x F", [1, 2]),
         ("2024 11 28\n12 30 45\ntime x F\n0 1 5\n1 2 6\n", "number in line 3", "skip = 2", "x F", [1, 2]),
         ("clock;x;flag\n0;1;no\n1;2;yes\n", "contains no row", CLOCK, "x", [1, 2]),
@@ -104,3 +89,98 @@ def test_a_dialect_may_be_that_of_one_table():
     stated = '[dialect]\ndecimal = "."\n[dialect.b]\nseparator = "|"\ndecimal = ","'
     first, second, _ = read_pair(a, b, stated)
     assert first.frame.equals(second.frame)
+
+
+OURS = "time,slider_y,slider_angle\nms,mm,deg"
+MM = "time,reach\ns,mm\n0,1\n1,2\n"
+
+
+def test_what_a_mapping_does_not_name_is_left_out_of_both_tables_and_listed():
+    files = put("a.csv", "time,q,hip\n0,1,3\n1,2,4\n"), put("b.csv", "time,knee,hip\n0,1,3\n1,2,4\n")
+    definition = '[channels.knee]\nunit = "deg"\n[a.q]\nchannel = "knee"\n'
+    a, b, warnings = read_pair(*files, definition)
+    assert a.channels == b.channels == ["knee"]
+    assert [line for line in warnings if line.endswith("leaves it out: hip")] == [
+        f"{name}: not compared, since the mapping leaves it out: hip" for name in ("a.csv", "b.csv")
+    ]
+    assert read_pair(*files, 'compare = ["knee", "hip"]\n' + definition)[0].channels == ["knee", "hip"]
+
+
+def test_the_mapping_of_the_guide_with_channels_of_its_own_is_one():
+    guide = (Path(__file__).parents[4] / "docs" / "foreign-tables.md").read_text("utf-8")
+    dialect, _, own, _ = re.findall(r"```toml\n(.*?)```", guide, re.DOTALL)
+    stated = load_mapping(put("map.toml", dialect)).dialect
+    assert stated.model_fields_set == Dialect.model_fields.keys()
+    assert load_mapping(put("map.toml", own)).channels.keys() == {"knee", "knee_speed", "hip_moment"}
+
+
+QW = "time,q,w\n0,1,0\n1,2,0\n"
+UNIT = '[channels.q]\nunit = "m"\n'
+X = '[columns.x]\nchannel = "slider_x"\n'
+ANGLES = "time,slider_y,slider_angle\n"
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "mapping", "rule"),
+    [
+        (text(ANGLES + "ms,deg,deg"), "", None, "'slider_y': unit 'deg' does not fit the channel slider_y"),
+        (MM, "time,reach\n0,1\n1,2\n", None, "column 'reach' is in mm in a.csv and without a unit in b.csv"),
+        (MM, "time,size\n0,1\n1,2\n", None, "'reach' is not a channel, nor a column of both"),
+        (QW, "", '[columns.w]\nchannel = "slider_x"', "a.csv: |'w'|unit"),
+        (QW, "", UNIT + "angle = true", "angle = true, but its unit 'm' is no angle"),
+        (QW, "", UNIT + 'rate = "w"\n[channels.w]\nunit = "mm/s"', "which is not m per second"),
+    ],
+)
+def test_tables_that_do_not_fit_are_refused_in_one_line(a, b, mapping, rule):
+    refused(rule, put("a.csv", a), put("b.csv", b) if b else None, mapping)
+
+
+@pytest.mark.parametrize(
+    ("mapping", "rule"),
+    [
+        ("[colums.x]", "colums is not a known key; did you mean columns"),
+        (X + "factor = 0.0", "columns.'x': factor = 0 leaves nothing"),
+        (X + "sign = true", "columns.x.sign = True must be -1 or 1"),
+        (X + X, "map.toml|line 3"),
+        (X + 'unit = "furlong"', "map.toml|'x'|unit|furlong"),
+        (X, "map.toml: column 'x' is not in either table; columns: slider_angle, slider_y, time"),
+        ('compare = ["slider_z"]', "compare: 'slider_z' is not a channel"),
+        ('[b.slider_Y]\nchannel = "slider_y"', "'slider_Y' is not in a.csv; columns: slider_angle, slider_y"),
+        ('[columns.slider_y]\nchannel = "slider_y"\nunit = "cm"', "in the table and 'cm' in the mapping"),
+        ("[channels.slider_x]\nangle = true", "'slider_x': angle is fixed for a channel of the press"),
+        ('[channels.q]\nrate = "v"', "rate = 'v' is not another channel"),
+        ("[channels.time]\nscale = 1.0", "channels.'time': time is no channel"),
+    ],
+)
+def test_a_mapping_that_is_not_clear_is_refused_in_one_line(mapping, rule):
+    refused(rule, put("a.csv", text(OURS)), mapping=mapping)
+
+
+@pytest.mark.parametrize(
+    ("text", "si", "factor"),
+    [
+        ("µm", "m", 1e-6), ("rpm", "rad/s", math.pi / 30), ("mm/sec**2", "m/s^2", 1e-3), ("W", "J/s", 1.0),
+        ("m·s⁻²", "m/s^2", 1.0), ("mm/(ms^2)", "m/s^2", 1e3), ("N*m", "N m", 1.0), ("newton-mm", "N m", 1e-3),
+        ("kg mm^2/s^2", "J", 1e-6), ("DEG", "rad", math.pi / 180), ("turn", "deg", 360.0), ("g", "kg", 1e-3),
+        ("lbm", "kg", 0.45359237), ("lbf", "N", 4.4482216152605), ("Hz", "1/s", 1.0), ("ns", "us", 1e-3),
+        ("h", "min", 60.0), ("GPa", "kPa", 1e6), ("kJ", "Nmm", 1e6), ("ft", "in", 12.0), ("cm", "mm", 10.0),
+    ],
+)  # fmt: skip
+def test_spellings_and_factors(text, si, factor):
+    unit, wanted = parse_unit(text), parse_unit(si)
+    assert unit.powers == wanted.powers
+    # The factor is one rounding from the written one, as is the test's own.
+    assert float(unit.factor / wanted.factor) == pytest.approx(factor, rel=3e-16)
+
+
+def test_what_is_no_unit_is_none_and_those_of_the_channels_are_si():
+    for none in ("", " ", "furlong", "N/", "/s", "mm^", "mm//s", "x", "12", "MM", "m s oops"):
+        assert parse_unit(none) is None, none
+    for channel in channels().values():
+        assert parse_unit(channel.unit).factor == 1, channel.name
+
+
+@given(st.integers(-(10**15), 10**15), st.sampled_from([("mm", 3), ("um", 6), ("ms", 3), ("cm", 2)]))
+def test_a_decimal_unit_gives_the_double_next_to_the_exact_value(n, unit):
+    text, digits = unit
+    assert parse_unit(text).convert(np.array([float(n)]), parse_unit(text[-1]))[0] == float(f"{n}e-{digits}")
