@@ -164,7 +164,8 @@ def test_each_command_of_a_report_repeats_the_changed_scene(sixbar):
         verb, *arguments = shlex.split(command)[1:]
         written = sixbar(verb, *arguments, code=3 if verb == "compare" else 0).lines[-1]
         if verb == "run":
-            assert sixbar.json(written.replace(".csv", ".json"))["scene"] == changed
+            again = sixbar.json(written.replace(".csv", ".json"))["scene"]
+            assert all(again[part] == changed[part] for part in ("drive", "mechanism", "contact"))
 
 
 @pytest.fixture
