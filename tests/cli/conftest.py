@@ -1,7 +1,5 @@
 """The program as its users have it: exit code, lines and files of a command, and documented names of Python.
 
-Nothing of the inside is imported but what keeps workers, so that the same tests hold for any version that the
-interpreter has.
 Most commands are given in this process, as ``comparison.cli.main([...])``, which returns the exit code.
 """
 
@@ -27,8 +25,6 @@ OF_THE_COMMAND = {"PATH", "COLUMNS", "HOME", "USERPROFILE"}
 
 
 class Ended(NamedTuple):
-    """What is left of a command."""
-
     code: int
     out: str
     err: str

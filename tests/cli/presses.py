@@ -4,7 +4,6 @@ Keys of ``[solver.alpha]``: ``tolerance``, of which ten times are the error, and
 """
 
 import os
-import sys
 import time
 from pathlib import Path
 from types import SimpleNamespace
@@ -46,8 +45,6 @@ def motion(scene, error, does):
         columns["slider_vy"][7] = np.nan
     if does == "lacks":
         del columns["slider_omega"]
-    if does == "more":
-        columns["slider_z"] = t
     return {name: values[: -3 if does == "short" else None] for name, values in columns.items()}
 
 
@@ -62,8 +59,6 @@ def model(name):
                 progress(0.5)
         if does == "die":
             os._exit(3)
-        if does == "exit":
-            sys.exit(4)
         if does == "nothing":
             return None
         if does == "print":

@@ -23,7 +23,6 @@ def read(name):
 
 @pytest.fixture
 def bash(tmp_path, sixbar):
-    """Run a script as a runner does, in a copy of the example, and return its exit code."""
     program = tmp_path / "sixbar" / "bin" / "sixbar"
     program.parent.mkdir(parents=True)
     program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m comparison "$@"\n')

@@ -34,7 +34,6 @@ def test_the_scene_of_its_page_runs_and_takes_a_workpiece(sixbar):
 
 
 def test_the_comparisons_of_the_page_on_tables(sixbar):
-    """Limits of metrics; finer runs, with and without a demand; reliability of tables of two programs."""
     for name, error in (("a", 1e-9), ("b", -1e-9), ("a-fine", 2.5e-10), ("b-fine", -2.5e-10)):
         sixbar.table(f"{name}.csv", time=10 * TIME, y=np.sin(9 * TIME) + error * np.cos(5 * TIME))
     for number in (1, 2):

@@ -10,8 +10,7 @@ import pytest
 
 from sixbar import compare
 
-STEP = 0.01
-TIME = np.arange(101) * STEP
+TIME = np.arange(101) * 0.01
 FINE = np.linspace(0, 1, 1001)
 UNEVEN = np.sort(np.append(np.random.default_rng(1).uniform(0, 1, 99), [0.0, 1.0]))
 
@@ -34,17 +33,14 @@ def spans(count, end=4.0, start=0.0):
 
 ONE_SPAN = {  # of equal motions: the times of both tables
     "rounded to three digits": (np.round(np.arange(121) / 120, 3), np.arange(121) / 120),
-    "finer": (TIME, FINE),
     "uneven": (UNEVEN, TIME),
     "a solver that stops behind its end": (TIME, np.append(TIME[:-1], 1.0015)),
 }
 OTHER_SPANS = {  # the times of both tables, of which one has rows alone
     "last row": (TIME[:-1], TIME),
     "first row": (TIME[1:], TIME),
-    "1 kHz that stops at 3 of 4 s": (spans(1000, 3.0), spans(1)),
     "coarse that stops within its step": (spans(1, 3.0), spans(1000, 3.5)),
     "a row before the start": (TIME, np.append(-1e-6, TIME)),
-    "half a step": (TIME, TIME[:-1] + STEP / 2),
     "dense at its end": (np.append(TIME[:50], 0.5 + np.arange(26) * 1e-3), np.linspace(0, 0.53, 54)),
     "counted from an epoch": (TIME, 1.7e9 + TIME),
 }
@@ -85,17 +81,14 @@ def test_an_end_row_behind_a_hole_does_not_hide_it(sixbar):
     refused(sixbar, hole, text(spans(1)), "--tolerance 1", said)
 
 
-@pytest.mark.parametrize(
-    ("time", "end"),
-    [(spans(1000, 3.9), 3), (np.append(spans(100, 5.0), spans(100, 9.0, 8.0)), 4)],
-    ids=["the compared rows end first", "a hole behind them is none"],
-)
-def test_the_common_time_is_that_of_the_compared_rows(time, end):
-    a, b = frame(time), frame(spans(1))
-    for pair in ((a, b), (b, a)):
-        result = compare(*pair, tolerance=1e-9, common_time=True)
-        assert result.verdict == "agree"
-        assert f"compared from 0 to {end} s" in "".join(result.warnings)
+def test_the_common_time_is_that_of_the_compared_rows():
+    """They may end first; a hole behind them is none."""
+    for time, end in ((spans(1000, 3.9), 3), (np.append(spans(100, 5.0), spans(100, 9.0, 8.0)), 4)):
+        a, b = frame(time), frame(spans(1))
+        for pair in ((a, b), (b, a)):
+            result = compare(*pair, tolerance=1e-9, common_time=True)
+            assert result.verdict == "agree"
+            assert f"compared from 0 to {end} s" in "".join(result.warnings)
 
 
 # Events: two rows of one time
@@ -130,7 +123,6 @@ def test_an_event_of_one_table_alone_is_refused(first, second, at, sixbar):
     ("first", "second", "verdict"),
     [
         (events(TIME, 0.5), events(TIME, 0.5, after=98.0), "differ"),
-        (events(TIME, 1.0), events(TIME, 1.0, after=98.0), "differ"),
         (events(FINE, 0.5), events(TIME, 0.5, after=98.0), "differ"),
         # Three digits leave the two rows of the jump at one time.
         (events(TIME, 0.5, written="{:.3f}"), events(TIME, 0.5), "agree"),
@@ -160,13 +152,13 @@ FOLDERS = {  # files besides run.csv of either folder, the exit code, and what i
         {"press.events.csv": ROWS, "run.pulses.csv": ROWS},
         {"press.events.csv": OTHERS, "run.pulses.csv": OTHERS},
         1,
-        "press.events|run.pulses",
+        'press.events|run.pulses|"verdict": "differ"|"verdict": "agree"',
     ),
     "what has no partner or cannot be read": (
         {"x.extrema.csv": ROWS, "y.events.csv": CONTACTS},
         {"y.events.csv": CONTACTS, "z.csv": ROWS},
         2,
-        "b has no table of this name|a/y.events.csv: |a has no table of this name",
+        'b has no table of this name|a/y.events.csv: |a has no table of this name|"cannot compare"',
     ),
     "two of one name": ({"run.txt": ROWS}, {}, 2, "run.csv and run.txt"),
 }
@@ -182,14 +174,13 @@ def test_nothing_of_a_folder_is_passed_over_in_silence(case, sixbar):
             else:
                 sixbar.write(f"{folder}/{name}", content)
     (sixbar.folder / "a/link.csv").symlink_to("nothing")
-    ended = sixbar("compare", "a", "b", "--tolerance", "1e-3", code=code)
+    ended = sixbar("compare", "a", "b", "--tolerance", "1e-3", "--json", code=code)
     assert all(piece in ended.out + ended.err for piece in said.split("|"))
 
 
 BESIDE = {  # a file beside run.csv, and what is said
     "no JSON": ("run.json", "{not json", "run.json"),
     "nested": ("run.json", "[" * 10_000 + "]" * 10_000, "run.json"),
-    "binary": ("run.json", b"\xff\xfe\0\1", "run.json"),
     "a scene of another kind": ("run.json", '{"scene": {"camera": [0, 0, 1]}}', ""),
     "events of another program": ("run.events.csv", "time,event\n0.5,touch\n", "run.events.csv"),
     "damaged contacts": ("run.events.csv", CONTACTS + "ll,1,2,3,4,5,6,7\n", "run.events.csv"),
@@ -207,16 +198,3 @@ def test_another_programs_files_beside_a_table_are_named_and_not_read(case, sixb
         warned = [line for line in result.warnings if "not read" in line]
         assert (result.verdict, bool(warned)) == ("agree", bool(said))
         assert all(said in line for line in warned)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "piece"),
-    [
-        ("0.5", "x", "start of contact 1 must be a number"),
-        ("largest_depth", "depth", "no column largest_depth"),
-    ],
-)
-def test_contacts_with_a_fault_are_refused(old, new, piece, sixbar):
-    sixbar.write("run.csv", ROWS)
-    sixbar.write("run.events.csv", CONTACTS.replace(old, new))
-    sixbar.refused("compare run.csv run.csv --tolerance 1", piece)

@@ -23,7 +23,6 @@ def until(condition):
 
 
 def hanging(sixbar, *arguments, **options):
-    """Start a command, and return the process and its log once a run of it hangs."""
     log = sixbar.folder / sixbar.write("log", "")
     process = sixbar.start(*arguments, env={"PRESSES_LOG": str(log)}, **options)
     until(lambda: "hang" in log.read_text() or process.poll() is not None)
@@ -105,29 +104,23 @@ def test_the_script_is_the_module(sixbar):
     assert module.err == sixbar.refused("plan idael")
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is full")
-def test_a_full_disk_behind_stdout_is_one_line(sixbar):
-    with open("/dev/full", "w") as full:  # noqa: PTH123
-        ended = sixbar.process("scenes", stdout=full, code=2)
-    assert "No space left on device" in ended.err
-    assert ended.err.count("\n") == 1
-
-
-def test_a_reader_that_leaves_early_is_no_verdict(sixbar):
+def test_a_reader_that_leaves_early_is_no_verdict_and_a_full_disk_one_line(sixbar):
     process = sixbar.start("scenes")
     process.stdout.close()
     assert process.stderr.read() == ""
     process.stderr.close()
     assert process.wait(timeout=PATIENCE) == 141  # and not 1, "differ"
+    if Path("/dev/full").exists():
+        with open("/dev/full", "w") as full:  # noqa: PTH123
+            ended = sixbar.process("scenes", stdout=full, code=2)
+        assert "No space left on device" in ended.err
+        assert ended.err.count("\n") == 1
 
 
-@pytest.mark.parametrize(
-    ("command", "stream", "code"), [("scenes", 0, 0), ("scenes", 1, 0), ("plan nowhere", 2, 2)]
-)
+@pytest.mark.parametrize(("command", "stream", "code"), [("scenes", 1, 0), ("plan nowhere", 2, 2)])
 def test_a_stream_that_is_closed_changes_no_exit_code(command, stream, code, sixbar):
     ended = sixbar.process(*command.split(), code=code, preexec_fn=lambda: os.close(stream))
-    assert bool(ended.out) == (stream == 0)
-    assert not ended.err
+    assert (ended.out, ended.err) == ("", "")
 
 
 def test_on_a_disk_that_is_full_old_files_stay_as_they_were(sixbar):

@@ -2,7 +2,6 @@
 
 import doctest
 import io
-import math
 import re
 import subprocess
 import sys
@@ -13,7 +12,6 @@ import pandas as pd
 import pytest
 from doc_pages import ROOT, block, commands
 from installed import write_package
-from scipy.io import savemat
 
 import sixbar as package
 from comparison.tables.table import Table
@@ -74,22 +72,15 @@ B = A.assign(slider_vx=A.slider_vx * 1.0001)
 SPIKE = A.assign(slider_x=A.slider_x + 8.0 * (A.index == 3))
 
 
-def test_the_fixture_of_pytest_reads_what_compare_reads(assert_agree, tmp_path):
-    """MATLAB's own names and units by a mapping, one channel of several, tolerances of single channels."""
-    theirs = pd.DataFrame({"t": 1e3 * TIME, "x": 1e3 * A.slider_x, "v": B.slider_vx, "n": TIME})
-    savemat(tmp_path / "a.mat", dict(theirs.items()))
-    theirs.to_csv(tmp_path / "a.csv", index=False)
-    rules = (("t", "time", "ms"), ("x", "slider_x", "mm"), ("v", "slider_vx", "m/s"))
-    lines = [f'[a.{own}]\nchannel = "{name}"\nunit = "{unit}"' for own, name, unit in rules]
-    (tmp_path / "m.toml").write_text("\n".join(lines))
-    given = {"mapping": tmp_path / "m.toml", "tolerance": 1e-9}
-    assert_agree(tmp_path / "a.mat", A, channels=["slider_x"], **given)  # the expected table has the rules
-    # v is off by 1e-4 of at most 1, and its range is 0.08.
-    assert_agree(tmp_path / "a.csv", A, tolerances={"slider_vx": 1e-2}, **given)
-    assert_agree(tmp_path / "a.csv", A, tolerances={"slider_vx": 1.01e-4}, absolute=True, **given)
-    for options in ({}, {"tolerances": {"slider_vx": 9e-5}, "absolute": True}):
+def test_the_fixture_of_pytest_has_tolerances_of_single_channels(assert_agree):
+    """One is off by 1e-4 of at most 1, and its range is 0.08."""
+    given, known = {"tolerance": 1e-9}, {"tolerances": {"slider_vx": 1.01e-4}, "absolute": True}
+    assert_agree(A, B, channels=["slider_x"], **given)
+    assert_agree(A, B, tolerances={"slider_vx": 1e-2}, **given)
+    assert_agree(A, B, **given, **known)
+    for options in ({}, known | {"tolerances": {"slider_vx": 9e-5}}):
         with pytest.raises(AssertionError, match="1 of 2 channels differ, most of all slider_vx"):
-            assert_agree(tmp_path / "a.csv", A, **given, **options)
+            assert_agree(A, B, **given, **options)
     assert_agree(A, B, tolerances={"slider_x": 1e-9}, allow_indeterminate=True)
 
 
@@ -116,10 +107,8 @@ def test_the_fixture_of_pytest_fails_with_the_verdict(other, options, pieces, as
 
 ROUND_TRIPS = {
     "units in the names": A.rename(columns={"time": "time [ms]", "slider_x": "slider_x [mm]"}),
-    "another mechanism": pd.DataFrame({"t": TIME, "angle (rad)": A.slider_x, "x[0]": A.slider_vx}),
     "an index": A.set_index("time"),
     "a run": Table(A, provenance={"model": "mine"}),
-    "text without names": "".join(f"{t!r} {x!r}\n" for t, x in zip(TIME.tolist(), A.slider_x, strict=True)),
     "commas in a name": pd.DataFrame({"time": TIME, "x, of the slider": A.slider_x}),
 }
 
@@ -128,10 +117,7 @@ ROUND_TRIPS = {
 @pytest.mark.parametrize("end", ["csv", "parquet"])
 def test_a_written_expected_table_is_accepted_by_the_next_test(kind, end, assert_agree, tmp_path):
     obtained, path = ROUND_TRIPS[kind], tmp_path / "expected" / f"run.{end}"
-    if isinstance(obtained, str):
-        obtained = tmp_path / "result.txt"
-        obtained.write_text(ROUND_TRIPS[kind])
-    units = end == "parquet" and kind in ("units in the names", "another mechanism")
+    units = end == "parquet" and kind == "units in the names"
     said = r"a Parquet file states no units.*name it \.csv$" if units else "was missing, and is written"
     with pytest.raises(AssertionError, match=said):
         assert_agree(path, obtained, tolerance=1e-9)
@@ -162,8 +148,6 @@ FRAMES = {
     "index named time": A.set_index("time"),
     "index named Time with a unit": A.set_index((1e3 * A.time).rename("Time [ms]")).drop(columns="time"),
     "index of timedeltas": A.set_index(pd.to_timedelta(A.time, unit="s").rename(None)).drop(columns="time"),
-    "an index beside the time": A.set_index(pd.Index(range(5, 106), name="sample")),
-    "names with units": A.rename(columns={"slider_x": "slider_x [m]", "slider_vx": "slider_vx(m/s)"}),
     "numpy's text names": A.rename(columns=np.str_),
 }
 
@@ -176,41 +160,28 @@ def test_a_frame_says_in_any_way_what_is_its_time(kind):
 
 
 X = A[["time", "slider_x"]]
-NAN, INF = math.nan, math.inf
-BAD_NUMBERS = (NAN, -1, True, "1e-3", [1e-3], np.array([1e-3, 2.0]))
 MISUSES = [
-    *((f"compare(A, B, tolerance={value!r})", "tolerance = ") for value in (0, INF, *BAD_NUMBERS)),
-    *((f"compare(A, B, share={value!r})", "share = ") for value in (0, 1.0001, *BAD_NUMBERS)),
-    *((f"compare(A, B, period={value!r})", "period = ") for value in (0, *BAD_NUMBERS)),
-    *((f"compare(A, B, time_tolerance={value!r})", "time_tolerance = ") for value in BAD_NUMBERS),
-    *((f"compare(A, B, tolerances={{'slider_x': {value!r}}})", "slider_x = ") for value in (0, *BAD_NUMBERS)),
-    *((f"reliability(X, ideal=X, period={value!r})", "period = ") for value in (0, *BAD_NUMBERS)),
-    *((f"validate('ideal', accuracy={value!r})", "accuracy ") for value in (NAN, -1.0, True, "fine", [1])),
+    *(
+        (f"compare(A, B, share={value})", "share = ")
+        for value in ("0", "nan", "True", "'1e-3'", "array([1, 2])")
+    ),
+    ("compare(A, B, tolerances={'slider_x': 0})", "slider_x = "),
     ("compare(A, B, tolerances=[('slider_x', 1)])", "must be a dict"),
     ("compare(A, B, tolerances={'slider_z': 1.0})", "'slider_z' is not among the compared channels"),
     ("compare(A, B, gate={'rms': 1})", "gate: 'rms' is not a metric"),
     ("compare(A, B, gate={'max_scaled': nan})", "gate.max_scaled = nan must be finite"),
     ("compare(A, B, channels='slider_x')", "channels = 'slider_x' must be a list of names"),
-    ("compare(A, B, absolute='no')", "absolute = 'no' must be true or false"),
     ("compare(A, B, labels=('a',))", "must be two names"),
     ("compare(A, B, scene=3)", "scene = 3 must be a name, a path"),
     ("compare(A, B, mapping={})", "mapping = {} must be a mapping or the path"),
     ("compare(A, {'time': [0, 1]})", "b: must be a path, a table or a pandas data frame, not of type dict"),
     ("compare(A, A.assign(**{'slider_x [mm]': 1.0}))", "b: columns 'slider_x' and 'slider_x' are"),
-    ("compare(Table(pd.concat([A, A], axis=1)), A)", "a: columns 'time' and 'time' are"),
     ("compare(A, pd.concat({'press': A}, axis=1))", "2 levels of names"),
     ("compare(A, A.set_index(pd.date_range('2020', periods=101)).drop(columns='time'))", "time is missing"),
-    ("reliability(X, ideal={})", "table ideal: must be a path"),
-    ("reliability(X, ideal=X, limits=3)", "limits = 3 must be a dict"),
     ("reliability(X, ideal=X, limits={'velocity': 3})", "limits.velocity = 3 must be two numbers"),
-    ("reliability(Y, ideal=Y, period=0.4, limits={'speed': (0, 1)})", "reliability.speed"),
     ("validate([])", "scenes names none"),
     ("validate('ideal', n_jobs=-1)", "n_jobs = -1 must be >= 0"),
     ("validate('ideal', tiers='tihgt')", "tiers.0 = 'tihgt'"),
-    ("validate('ideal', models='reference')", "two or more different names"),
-    ("validate('ideal', models=('reference', 'adams'))", "model 'adams' is not known"),
-    ("simulate('ideal', 'adams')", "model 'adams' is not known"),
-    ("simulate(SHORT).plot('slider_x', other={})", "other = {} must be a table"),
     ("simulate(SHORT).plot(3)", "channel 3 is missing"),
     ("load_scene('ideal', 'drive.speed_rpm=3')", "overrides = 'drive.speed_rpm=3' must be a dict"),
 ]
@@ -219,8 +190,7 @@ MISUSES = [
 @pytest.mark.parametrize(("call", "said"), MISUSES, ids=[call[:60] for call, _ in MISUSES])
 def test_a_misuse_of_a_name_of_sixbar_is_one_line_of_this_package(call, said):
     names = {name: getattr(package, name) for name in package.__all__}
-    names |= {"A": A, "B": B, "X": X, "Y": X.rename(columns={"slider_x": "slider_y"}), "Table": Table}
-    names |= {"pd": pd, "array": np.array, "nan": NAN, "inf": INF}
+    names |= {"A": A, "B": B, "X": X, "pd": pd, "array": np.array, "nan": np.nan, "inf": np.inf}
     names["SHORT"] = package.load_scene("ideal", {"drive.cycles": 0.02})
     with pytest.raises(ValueError, match=re.escape(said)) as failed:
         eval(call, names)
@@ -244,7 +214,6 @@ def test_a_scene_is_a_name_a_path_or_a_scene_and_numbers_may_be_numpys(tmp_path)
 
 @pytest.mark.slow
 def test_the_model_of_the_page_on_engines_agrees(sixbar, tmp_path):
-    """docs/engine.md as a reader would follow it: a package, a scene, four commands; they end in agree."""
     write_package(tmp_path, "my_press", block("docs/engine.md", "python"), {"mine": "my_press:simulate"})
     sixbar.sites.append(str(tmp_path))
     sixbar.write("mine.toml", block("docs/engine.md", "toml", 1))
@@ -256,7 +225,6 @@ def test_the_model_of_the_page_on_engines_agrees(sixbar, tmp_path):
 
 
 def test_the_mapping_of_the_page_on_tables(sixbar):
-    """The file of Adams that docs/foreign-tables.md shows, and its mapping."""
     head, mapping = block("docs/foreign-tables.md", "text", 1), block("docs/foreign-tables.md", "toml", 1)
     time = np.arange(801) * 1e-3
     x, y, angle = 1e-4 * np.sin(9 * time), 0.19 + 0.01 * np.cos(9 * time), 1e-3 * np.sin(5 * time)

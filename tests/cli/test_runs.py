@@ -3,6 +3,9 @@
 import csv
 import json
 import shlex
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
@@ -22,13 +25,37 @@ def columns(sixbar, name):
     return {name: [float(row[name]) for row in rows] for name in rows[0]}
 
 
-def test_help_and_version(sixbar):
-    for arguments in ([], ["--help"]):
-        out = sixbar(*arguments).out
-        assert all(f" {command} " in out for command in COMMANDS)
-        assert "Exit codes: 0 agree; 1 differ" in out
-    assert sixbar("--version").out.startswith("sixbar-crossval ")
-    assert all("Usage: sixbar " in sixbar(command, "-h").out for command in COMMANDS)
+@pytest.mark.parametrize("columns", ["60", "120", ""])  # "": a pipe
+def test_what_runs_nothing_fits_the_terminal(columns, sixbar):
+    still = ["", "--help", "scenes", "channels", "plan both-clearances", "study", "study sweep -h"]
+    for command in (*still, *(f"{command} -h" for command in COMMANDS)):
+        ended = sixbar(*command.split(), COLUMNS=columns)
+        # A path must not be broken.
+        wide = [line for line in ended.lines if len(line) > int(columns or 80) and not Path(line).exists()]
+        assert (wide, ended.err, "\x1b" in ended.out) == ([], "", False)
+        assert len(ended.lines) > 6
+        assert "Usage: sixbar " in ended.out or not command.endswith("-h")
+        if command in ("", "--help"):
+            assert all(f" {command} " in ended.out for command in COMMANDS)
+            assert "Exit codes: 0 agree; 1 differ" in " ".join(ended.out.split())
+
+
+RUN = ["run", "ideal", "--set=drive.cycles=0.1", "--model=reference", "--out=a.csv"]
+RUN.append('--set=output.groups=["accelerations", "joints", "energy"]')
+HEAVY = {"pandas", "scipy", "numba", "exudyn", "matplotlib", "rich"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "heavy"), [(["--version"], {*HEAVY, "numpy", "pydantic"}), (RUN, HEAVY)]
+)
+def test_a_command_imports_nothing_heavy_that_it_does_not_need(arguments, heavy, sixbar):
+    """And so is quick: help takes 0.15 s where it was written."""
+    code = f"import sys; from comparison.cli import main; main({arguments}); print(*sys.modules)"
+    ended = subprocess.run([sys.executable, "-c", code], cwd=sixbar.folder, capture_output=True, check=True)
+    first, *_, last = ended.stdout.decode().splitlines()
+    assert (arguments is RUN) != first.startswith("sixbar-crossval ")
+    assert "comparison.cli.compare" in last.split()
+    assert not heavy & {*last.split()}
 
 
 def test_scenes_and_channels(sixbar):
@@ -64,49 +91,35 @@ def test_keys_are_those_of_a_scene_and_found_by_name_or_description(sixbar):
     assert "friction.coefficient = 0.15 (>= 0; Table 2)" in sixbar("keys", "friction").lines
 
 
-def test_a_new_scene_is_the_one_it_was_made_from_until_it_is_changed(sixbar):
+@pytest.mark.parametrize("source", ["150rpm-0.2mm", "workpiece", "crank-pin", "deep/own.toml"])
+def test_a_new_scene_is_the_one_it_was_made_from_until_it_is_changed(source, sixbar):
     contact = "[contact]\nyoungs_modulus = { slider = 2e9, guide = 3.3e9 }\n"
     sixbar.write("deep/own.toml", f'[scene]\nextends = "wedge"\n{contact}')
-    ways = [["--from", name] for name in ("workpiece", "crank-pin", "paper", "deep/own.toml")]
-    for number, way in enumerate([[], *ways]):
-        path = f"other/{number}.toml"
-        assert sixbar("new", path, *way).out == f"{path}\n"
-        source = way[-1] if way else "150rpm-0.2mm"
-        plans = [sixbar("plan", scene, "--json").out for scene in (source, path)]
-        assert plans[0] == plans[1]
-        heads = [line.split()[0] for line in sixbar("plan", path).lines[:2]]
-        assert heads == [f"{number}:", "reference:"]  # no key has changed
-        files = (sixbar.folder / scene if "/" in scene else scene for scene in (source, path))
-        first, second = ((s.hash, s.reliability) for s in map(load_scene, files))
-        assert first == second
-    text = sixbar.text("other/0.toml")
-    assert max(map(len, text.splitlines())) < 90
+    way = [] if source == "150rpm-0.2mm" else ["--from", source]
+    assert sixbar("new", "other/new.toml", *way).out == "other/new.toml\n"
+    heads = [line.split()[0] for line in sixbar("plan", "other/new.toml").lines[:2]]
+    assert heads == ["new:", "reference:"]  # no key has changed
+    files = (sixbar.folder / scene if "/" in scene else scene for scene in (source, "other/new.toml"))
+    first, second = ((scene.hash, scene.reliability) for scene in map(load_scene, files))
+    assert first == second
+    sixbar.refused("new other/new.toml", "other/new.toml: exists")
+    if way:
+        return
+    text = sixbar.text("other/new.toml")
     changed = text.replace("slider = 0.0002  # m, >= 0", "slider = 0.0003").replace("150.0  # rpm", "90.0")
-    sixbar.write("other/0.toml", changed)
-    first, *said = sixbar("plan", "other/0.toml", "--set", "reliability.bins=9").lines
+    sixbar.write("other/new.toml", changed)
+    first, *said = sixbar("plan", "other/new.toml", "--set", "reliability.bins=9").lines
     assert ": 2 cycles at 90 rpm" in first
     changed = "drive.speed_rpm = 90.0 (150.0), clearance.slider = 0.0003 (0.0002), reliability.bins = 9 (10)"
     assert f"changed from 150rpm-0.2mm: {changed} reference:" in " ".join(" ".join(said).split())
-    sixbar.refused("new other/0.toml", "other/0.toml: exists")
-
-
-NAMES = {
-    "": "150rpm-0.2mm",
-    "--set drive.speed_rpm=150": "150rpm-0.2mm",  # as it is
-    "--set clearance.slider=4e-4": "150rpm-0.2mm+clearance.slider=0.0004",
-    "--set drive.cycles=1 --set drive.cycles=2": "150rpm-0.2mm",  # the last one counts
-    "--set scene.name=mine --set drive.cycles=1": "mine",
-}
 
 
 def test_a_plan_names_what_is_changed_integrated_and_left_out(sixbar):
-    for changes, name in NAMES.items():
-        ended = sixbar("plan", "150rpm-0.2mm", *changes.split())
-        assert ended.lines[0].startswith(f"{name}: ")
-        assert "150 rpm, 21 channels" in ended.lines[0]
-        assert all(f"\n{model}: " in ended.out for model in ("reference", "exudyn"))
-        assert ended.out.count("contact at the crank pin: joints.crank_pin is ideal") == 2
-        assert ended.err == ""
+    ended = sixbar("plan", "150rpm-0.2mm", "--set", "drive.cycles=1", "--set", "drive.cycles=3")
+    assert ended.lines[0].startswith("150rpm-0.2mm+drive.cycles=3: 3 cycles at 150 rpm, 21 channels")
+    assert all(f"\n{model}: " in ended.out for model in ("reference", "exudyn"))
+    assert ended.out.count("contact at the crank pin: joints.crank_pin is ideal") == 2
+    assert ended.err == ""
     err = sixbar("plan", "150rpm-0.2mm", "--set", "initial.slider_offset=3e-4").err
     assert err.startswith("sixbar: warning: initial.slider_offset = 0.0003 m")  # it starts in the wall
     assert err.count("\n") == 1
@@ -123,8 +136,6 @@ def test_a_scene_extends_others_and_is_changed_last(sixbar):
     scene = sixbar.json("x.json")["scene"]
     assert (scene["drive"]["speed_rpm"], scene["drive"]["cycles"]) == (-75, 0.02)
     assert (scene["clearance"]["slider"], scene["contact"]["restitution"]) == (1e-4, 0.9)
-    # Samples at exact multiples of T / n: of 0.8 s by 1000, to the last digit that is written.
-    assert columns(sixbar, "x.csv")["time"] == pytest.approx([k * 0.8 / 1000 for k in range(21)], rel=1e-15)
 
 
 @pytest.mark.parametrize(("table", "model"), [("a", "reference"), ("b", "exudyn")])
@@ -161,18 +172,15 @@ def test_a_run_names_the_files_that_it_wrote_the_table_last(sixbar):
     assert ended.lines[-1] == str(sixbar.folder / "deep/x.parquet")
 
 
-SETTINGS = {
-    "--model exudyn --accuracy strict": {"step": 5e-7},
-    "--model reference --formulation multiplier": {"formulation": "multiplier"},
-}
-
-
-@pytest.mark.parametrize("options", SETTINGS)
-def test_settings_reach_the_model(options, sixbar):
-    ended = sixbar("run", "150rpm-0.2mm", "--out", "x.csv", *SHORT, *options.split())
-    record = sixbar.json("x.json")
-    assert record["scene"]["solver"][record["model"]].items() >= SETTINGS[options].items()
-    assert ("expected: " in ended.out) == ("accuracy" in record) == ("--accuracy" in options)
+def test_settings_reach_the_model(sixbar):
+    for options, known in (
+        ("--accuracy strict", {"step": 5e-7}),
+        ("--formulation tree", {"formulation": "tree"}),
+    ):
+        ended = sixbar("run", "150rpm-0.2mm", "--model", "exudyn", "--out", "x.csv", *SHORT, *options.split())
+        record = sixbar.json("x.json")
+        assert record["scene"]["solver"]["exudyn"].items() >= known.items()
+        assert ("expected: " in ended.out) == ("accuracy" in record) == ("--accuracy" in options)
 
 
 SLIDE = ["run", "150rpm-0.2mm", "--model", "reference", "--out", "x.csv", *SHORT]
@@ -194,7 +202,6 @@ def test_an_accuracy_in_metres_is_estimated_by_further_runs(sixbar):
     assert len(columns(sixbar, "x.csv")["time"]) == 41  # the best one
     # Nobody measured this scene: it says how to find out.
     assert "estimate it by --check" in sixbar(*SLIDE, "--accuracy", "draft").out
-    assert sixbar.json("x.json")["accuracy"]["from"] == "not measured on this scene"
     assert "estimated error of slider_x" in sixbar(*SLIDE, "--check").out
 
 
@@ -202,7 +209,6 @@ PARTIAL = {"x.partial.csv", "x.partial.events.csv", "x.partial.json"}
 FAILURES = {  # others are those of `validate`
     "violate": (2, "invariant-violated; open-depth: ", PARTIAL),
     "nan": (2, "slider_vy is nan in data row 8", set()),
-    "exit": (70, "its process ended with code 4", set()),
     "die": (70, "its process ended with code 3", set()),
     "bug": (70, "RuntimeError: index out of range", {"x.traceback.txt"}),
 }
@@ -236,7 +242,6 @@ def test_pictures_of_tables(runs):
     for out, start in (("x.png", b"\x89PNG"), ("x.pdf", b"%PDF"), ("x.svg", b"<svg")):
         assert runs("plot", "a.csv", "b.csv", "--out", out, *window).lines == [out]
         assert start in (runs.folder / out).read_bytes()[:2000]
-    assert runs("plot", "a.csv", "--channels", "slider_x").lines == ["a.svg"]
     assert runs("animate", "a.csv", "b.csv").lines == ["a-b.html"]
     page = runs.text("a-b.html")
     assert "<script" in page
@@ -257,13 +262,6 @@ def test_the_settings_that_are_recommended_run(sixbar):
     assert len(columns(sixbar, written)["time"]) == 41
 
 
-@pytest.mark.slow
-def test_a_study_writes_a_page(sixbar):
-    path = sixbar("study", "paper", "--part", "laws", "--small", "--out", "s", "-q").lines[-1]
-    assert path == "s/laws.md"
-    assert sixbar.text(path).startswith("# ")
-
-
 def test_a_sweep_over_a_grid_a_list_or_a_latin_hypercube(sixbar):
     def swept(out, *options):
         """Run a sweep and return what it said, and the rows of its table."""
@@ -279,10 +277,7 @@ def test_a_sweep_over_a_grid_a_list_or_a_latin_hypercube(sixbar):
     points = [(float(row["drive.speed_rpm"]), float(row["friction.coefficient"])) for row in rows]
     assert points == [(100, 0.1), (100, -1), (200, 0.1), (200, -1)]
     assert [row["status"] == "success" for row in rows] == [True, False, True, False]
-    assert "friction.coefficient = -1" in rows[1]["message"]
-    assert "\n" not in rows[1]["message"]
     assert (float(rows[0]["contacts"]), rows[1]["contacts"]) == (1, "")
-    assert swept("grid", *options)[1] == rows  # resumed
     sixbar.write("list.csv", "drive.speed_rpm,clearance.slider\n100,1e-4\n120,2e-4\n")
     _, rows = swept("listed", "--list", "list.csv", "--model", "alpha,beta")
     names = "point,drive.speed_rpm,clearance.slider,model,status,message,end:slider_x"

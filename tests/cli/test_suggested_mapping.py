@@ -16,7 +16,6 @@ MOTION = {
 }
 UNITS = {
     "ms mm deg": ("TIME,X,Y,PHI,VX", (1e3, 1e3, 1e3, 180 / np.pi, -1e3)),
-    "s cm rev": ("t,x,y,theta,vx", (1, 100, 100, 1 / (2 * np.pi), 100)),
     "stated": (
         "Time [us],X [in],Y [in],ROT [deg],VX [in/s]",
         (1e6, *[1 / 0.0254] * 2, 180 / np.pi, 1 / 0.0254),
@@ -89,15 +88,6 @@ def test_two_tables_without_units_are_compared_as_numbers(names, sixbar):
     channels = compare(a, b, mapping=mapping, tolerance=1e-4).channels
     assert [channel.verdict for channel in channels.values()] == ["agree", "agree", "differ"]
     assert [*channels] == names.split()[0].split(",")[1:]
-
-
-def test_a_name_of_the_press_without_a_unit_is_in_si(sixbar):
-    """As without a mapping; the other table's unit follows from it."""
-    sixbar.table("a.csv", t=TIME, y=MOTION["slider_y"] * 1e3)
-    sixbar.table("b.csv", t=TIME, slider_y=MOTION["slider_y"])
-    sixbar("compare", "--suggest-mapping", "a.csv", "b.csv", "--json")
-    guess = next(guess for guess in sixbar.numbers if guess["column"] == "y")
-    assert (guess["channel"], guess["unit"]) == ("slider_y", "mm")
 
 
 def test_a_table_whose_dialect_is_stated_is_suggested_with_it(sixbar):

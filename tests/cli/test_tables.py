@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.io import savemat
 
 from sixbar import compare
 
@@ -20,10 +19,7 @@ X, V = np.sin(TIME).round(6), np.cos(TIME).round(6)
 READ = [  # two tables, a mapping, the verdict by a tolerance of 1e-3, words of warnings and results
     ("tables/qt_a.csv", "tables/qt_b.csv", None, "differ", "at worst at t = 0 s"),
     ("tables/ff_a.txt", "tables/ff_b.txt", None, "differ", "at worst at t = 0 s"),
-    ("tables/cs.csv", "tables/cs.csv", None, "agree", "x"),
-    ("tables/br.csv", "tables/br.csv", None, "agree", "/bodyset/rod2[v.Y]"),
     ("tables/os_a.csv", "tables/os_b.csv", None, "agree", "'8 real output' beside thrust is not a unit"),
-    ("tables/s1.txt", "tables/s1.txt", None, "agree", "no unit is stated for s1, s2"),
     ("tables/lc.csv", "tables/lc.csv", None, "agree", "F agree"),
     ("dropped/title_a.txt", "dropped/title_b.csv", None, "agree", "y agree"),
     ("dropped/title_c.csv", "dropped/title_d.csv", None, "agree", "line 2 is taken for a title: 'Time,1"),
@@ -31,12 +27,8 @@ READ = [  # two tables, a mapping, the verdict by a tolerance of 1e-3, words of 
 ]  # fmt: skip
 REFUSED = [
     ("tables/nan_a.out", "tables/nan_b.out", "'ratio' is not a number in line 4: '1.#QNAN'"),
-    ("tables/th_a.csv", "tables/th_b.csv", "decimal sign is not clear from '1.500' and '0,0'"),
-    ("tables/nn_a.csv", "tables/nn_b.csv", "line 1 holds 0, 1, 2, which may be names or numbers"),
-    ("tables/tx.csv", "tables/tx.csv", "'contact' is not a number in line 2: 'false'; state skip"),
     ("tables/ep_a.csv", "tables/ep_b.csv", "1700000000 to 1700000000.2 s and b"),
     ("dropped/multi_a.csv", "dropped/multi_b.csv", "line 1, above the names, may be names or units"),
-    ("dropped/second_a.txt", "dropped/second_b.txt", "line 5 may be a comment, a row or another heading"),
     ("dropped/unit_a.csv", "dropped/unit_b.csv", "'x' states 'mm' beside its name and 'm' below"),
 ]
 
@@ -59,49 +51,15 @@ def test_a_table_of_two_readings_is_refused_in_one_line(a, b, words):
     assert "\n" not in str(refused.value)
 
 
-def rows(separator=",", show="{:.6f}".format, columns=(TIME, X, V)):
-    return "\n".join(separator.join(map(show, row)) for row in zip(*columns, strict=True)) + "\n"
+def rows(columns=(TIME, X, V)):
+    return "\n".join(",".join(f"{value:.6f}" for value in row) for row in zip(*columns, strict=True)) + "\n"
 
 
 PLAIN = "time,x,v\n" + rows()
 LAST = "0.841471"  # the last number of x
-TEXTS = {
-    "decimal-comma.csv": "time;x;v\n" + rows(";", lambda value: f"{value:.6f}".replace(".", ",")),
-    "broken-title.csv": '"Press\nrun 7"\n' + PLAIN,
-    "utf-16.csv": ("Größe\n" + PLAIN).encode("utf-16"),
-}
-
-
-def binary(name, folder):
-    frame, path = pd.DataFrame({"time": TIME, "x": X, "v": V}), folder / name
-    if path.suffix == ".parquet":
-        frame.to_parquet(path)
-    elif path.suffix == ".xlsx":
-        pytest.importorskip("openpyxl")
-        frame.to_excel(path, index=False)
-    else:
-        savemat(path, dict(frame.items()))
-    return path.rename(folder / "recognised-by-its-content.dat").name
-
-
-@pytest.mark.parametrize("name", [*TEXTS, "a.parquet", "a.mat", "a.xlsx"])
-def test_every_number_of_a_dialect_is_read(name, sixbar):
-    """The other table is off by 0.01 in its last number alone: all are compared, and that one differs."""
-    name = sixbar.write(name, TEXTS[name]) if name in TEXTS else binary(name, sixbar.folder)
-    other = sixbar.write("other.csv", PLAIN.replace(LAST, "0.851471"))
-    result = compare(sixbar.folder / name, sixbar.folder / other, tolerance=1e-3)
-    x, v = result.channels.values()
-    assert (result.time.size, [*result.channels], x.verdict) == (11, ["x", "v"], "differ")
-    # Both have six decimals: they round at 1e-16, and a digit that is lost is 1e-6.
-    assert x.size == pytest.approx([0.0] * 10 + [0.01], abs=1e-9)
-    assert v.size == pytest.approx([0.0] * 11, abs=1e-9)
-
-
 UNITS = {
-    "time,x [mm],v (mm/s)\n": ((1, 1e3, 1e3), "time,x [m],v [m/s]\n"),
     "time,x,v\nms,in,cm/s\n": ((1e3, 1 / 0.0254, 100), "time,x [m],v [m/s]\n"),
-    "time,x,v\n[s],[deg],[deg/s]\n": ((1, 180 / np.pi, 180 / np.pi), "time,x,v\ns,rad,rad/s\n"),
-    "time,x [kN],v [N mm]\n": ((1, 1e-3, 1e3), "time,x [N],v [N m]\n"),
+    "time,x [deg],v (N mm)\n": ((1, 180 / np.pi, 1e3), "time,x,v\ns,rad,N m\n"),
 }
 
 
@@ -109,7 +67,8 @@ UNITS = {
 def test_units_are_converted_to_those_of_the_first_table(head, sixbar):
     factors, other = UNITS[head]
     scaled = [column * factor for column, factor in zip((TIME, X, V), factors, strict=True)]
-    a = sixbar.write("a.csv", head + rows(",", lambda value: repr(float(value)), scaled))
+    lines = (",".join(map(repr, row)) for row in np.transpose(scaled).tolist())
+    a = sixbar.write("a.csv", head + "\n".join(lines))
     b = sixbar.write("b.csv", other + rows())
     # Conversions round at 2e-16; a factor that is wrong is off by more than a hundredth.
     result = compare(sixbar.folder / b, sixbar.folder / a, tolerance=1e-9)
@@ -120,10 +79,9 @@ def test_units_are_converted_to_those_of_the_first_table(head, sixbar):
 NO_TABLES = [
     *((PLAIN.replace(LAST, bad), "x|row 11") for bad in ("nan", "inf", "")),
     (PLAIN.replace("x,v", "x,w"), "'v'"),
-    ("time,x\n" + rows(columns=(TIME, X)), "'v'"),
     (PLAIN.replace("0.500000,0.479426", "0.4,0.5"), "0.4 s|row 6"),
     ("time,x,v\n0,1,1\n1.01,2,2\n1.00,3,3\n2,4,4\n", "time does not increase in data row 3: 1.01 s, then"),
-    ("time,x,v\n" + rows(show="{:.1f}".format, columns=(TIME / 4, X, V)), "too few digits"),
+    ("time,x,v\n" + rows(((TIME / 4).round(1), X, V)), "too few digits"),
     (PLAIN + PLAIN, "line 13"),
     ("time,x,v\n0,1,2\n", "b: 1 data rows"),
     ("\x89HDF\r\n\x1a\n" + "0" * 100, "b.csv: |HDF5"),
@@ -140,29 +98,26 @@ def test_what_is_no_table_of_numbers_is_refused(text, pieces, sixbar):
 
 
 OWN = """[channels]
-knee = {unit = "deg", scale = 60.0, angle = true, rate = "speed"}
-speed = {unit = "deg/s"}
+knee = {unit = "deg", scale = 60.0, angle = true}
 moment = {unit = "N m", factor = 736.0}
 [a]
 knee_r = {channel = "knee"}
-w = {channel = "speed"}
 h = {channel = "moment"}
 [b]
 "#2" = {channel = "knee", unit = "rad"}
-"#3" = {channel = "speed", unit = "rad/s"}
 h = {channel = "moment", unit = "N m"}
 """
 
 
 def test_a_mapping_defines_channels_of_its_own(sixbar):
     own = sixbar.folder / sixbar.write("own.toml", OWN)
-    knee, speed = 30 * np.sin(TIME), 30 * np.cos(TIME)
-    a = pd.DataFrame({"time": TIME, "knee_r [deg]": knee, "w [deg/s]": speed, "h [N m]": X})
+    knee = 30 * np.sin(TIME)
+    a = pd.DataFrame({"time": TIME, "knee_r [deg]": knee, "h [N m]": X})
 
     def compared(bent, tolerance):
         # Whole revolutions of an angle do not matter.
         angle = np.radians(knee + bent) + 2 * np.pi
-        b = pd.DataFrame({"time": TIME, "p": angle, "q": np.radians(speed), "h": X})
+        b = pd.DataFrame({"time": TIME, "p": angle, "h": X})
         return compare(a, b, mapping=own, tolerance=tolerance)
 
     result = compared(0.0, 1e-9)  # conversions round at 1e-15
