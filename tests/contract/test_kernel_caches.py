@@ -107,9 +107,10 @@ def test_an_empty_variable_is_one_that_is_not_set(tmp_path):
 
 
 def test_where_nothing_can_be_stored_a_process_compiles_and_says_so_in_one_warning(tmp_path):
-    """Below a file, or at home, where that is no absolute path: of a user without an entry it is ~."""
+    """Below a file, or at the home of a user without an entry in the password file."""
     (tmp_path / "file").touch()
-    homeless = {"HOME": "~", "XDG_CACHE_HOME": ""}
+    (tmp_path / "sitecustomize.py").write_text("import pwd\npwd.getpwuid = {}.__getitem__\n")
+    homeless = {"HOME": "", "XDG_CACHE_HOME": "", "PYTHONPATH": os.pathsep.join([str(tmp_path), PATH])}
     for cache, env, where in (
         (tmp_path / "file", {}, str(tmp_path / "file")),
         ("", homeless, "no home folder"),

@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pandas as pd
 import pytest
+from by_keywords import compare_recorded
 from judged_runs import CASES, KINDS, MODELS, compared, each, random_scene, random_tables
 
 from comparison.accuracy.uncertainty import Runs
@@ -13,8 +14,7 @@ from comparison.tables.channels import channels
 from comparison.tables.foreign import read_tables
 from comparison.tables.mapping import load_mapping
 from comparison.tables.table import Table
-from comparison.verdict.channel import Criteria
-from comparison.verdict.recorded import ProgramRuns, compare_recorded
+from comparison.verdict.recorded import ProgramRuns
 from comparison.words.verdicts import scene_reason
 
 NUMBERS = (
@@ -160,7 +160,7 @@ def judged_angles(size, told="as it is", which=0):
         )
         for sign, part in ((1.0, ways[:3]), (size / 1e-6, ways[3:]))
     )
-    return compare_recorded(a, b, scene=None, labels=("a", "b"), criteria=Criteria(period=0.1))
+    return compare_recorded(a, b, scene=None, labels=("a", "b"), period=0.1)
 
 
 @pytest.mark.parametrize("size", [1e-6, 1.0])
