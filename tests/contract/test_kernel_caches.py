@@ -113,7 +113,7 @@ def test_where_nothing_can_be_stored_a_process_compiles_and_says_so_in_one_warni
     homeless = {"HOME": "", "XDG_CACHE_HOME": "", "PYTHONPATH": os.pathsep.join([str(tmp_path), PATH])}
     for cache, env, where in (
         (tmp_path / "file", {}, str(tmp_path / "file")),
-        ("", homeless, "no home folder"),
+        ("", homeless, "home folder"),
     ):
         _, err = call(tmp_path, cache, env=env)
         assert err.count("RuntimeWarning") == len(IMPORTS)
