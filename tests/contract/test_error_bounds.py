@@ -12,7 +12,6 @@ import pytest
 import exudyn_model
 import reference_model
 from comparison.accuracy.levels import NAMES, expected, solver_values
-from comparison.accuracy.refine import accurate_run
 from comparison.scene import load_scene, shipped_scenes
 
 SIMULATE = {"reference": reference_model.simulate, "exudyn": exudyn_model.simulate}
@@ -71,41 +70,3 @@ def test_the_tree_keeps_its_error_bounds(name):
 def test_five_bodies_keep_their_error_bounds(name):
     for accuracy in NAMES:
         assert_kept(name, "exudyn", "full", accuracy)
-
-
-def drawn(seed):
-    """A random press with clearance at the slider, over part of a cycle, far from what was measured."""
-    rng = np.random.default_rng([seed, 64])
-    clearance = 10.0 ** rng.uniform(-4.5, -3.0)
-    return load_scene(
-        "150rpm-0.2mm",
-        {
-            "drive.speed_rpm": float(rng.uniform(60.0, 400.0)),
-            "drive.cycles": 0.2,
-            "clearance.slider": float(clearance),
-            "initial.slider_offset": float(rng.uniform(-0.9, 0.9) * clearance),
-            "contact.youngs_modulus": float(10.0 ** rng.uniform(9.5, 11.5)),
-            "contact.restitution": float(rng.uniform(0.3, 1.0)),
-            "friction.coefficient": float(rng.uniform(0.0, 0.3)),
-            "contact.law": str(rng.choice(["hertz-corners", "foundation", "adams-impact"])),
-            "output.groups": [],
-            "solver.exudyn.formulation": "tree",
-        },
-    )
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(6))
-def test_an_accuracy_that_is_kept_is_not_exceeded_threefold_on_random_scenes(seed):
-    """Judged by the other model's strict run, where its own estimate is as small."""
-    scene = drawn(seed)
-    strict = {model: accurate_run(scene, model, "strict") for model in SIMULATE}
-    for model, judge in (("reference", strict["exudyn"]), ("exudyn", strict["reference"])):
-        for wanted in (1e-6, 1e-8):
-            result = accurate_run(scene, model, wanted)
-            reached = strict[model].estimate.coverage(wanted)
-            assert result.coverage >= 0.8 * reached
-            if result.kept:
-                error = np.abs(result.table.values("slider_x") - judge.table.values("slider_x"))
-                sure = (result.estimate.u <= wanted) & (judge.estimate.u <= wanted)
-                assert error[sure].max(initial=0.0) <= 3.0 * wanted

@@ -4,12 +4,9 @@ import os
 import shutil
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module
 from itertools import product
 from pathlib import Path
-
-import pytest
 
 PATH = os.environ.get("PYTHONPATH") or str(Path(__file__).parents[2])
 IMPORTS = {
@@ -84,13 +81,6 @@ def test_a_damaged_file_is_compiled_anew_and_what_replaces_it_is_trusted(tmp_pat
     assert second == every(True, "sound", *names)
 
 
-@pytest.mark.slow
-def test_processes_that_compile_at_once_leave_one_cache(tmp_path):
-    with ThreadPoolExecutor() as pool:
-        list(pool.map(lambda _: call(tmp_path, tmp_path / "cache"), range(2)))
-    assert call(tmp_path, tmp_path / "cache")[0] == every(True)
-
-
 def test_an_edit_of_a_function_that_a_kernel_calls_is_noticed(tmp_path):
     """The kernel's own file stays as it is, which is all that numba looks at."""
     for package in IMPORTS:
@@ -117,9 +107,16 @@ def test_an_empty_variable_is_one_that_is_not_set(tmp_path):
 
 
 def test_where_nothing_can_be_stored_a_process_compiles_and_says_so_in_one_warning(tmp_path):
+    """Below a file, or at the home of a user without an entry in the password file."""
     (tmp_path / "file").touch()
-    _, err = call(tmp_path, tmp_path / "file")
-    assert err.count("RuntimeWarning") == len(IMPORTS)
-    assert err.count(str(tmp_path / "file")) >= len(IMPORTS)
-    assert "SIXBAR_CACHE_DIR" in err
+    (tmp_path / "sitecustomize.py").write_text("import pwd\npwd.getpwuid = {}.__getitem__\n")
+    homeless = {"HOME": "", "XDG_CACHE_HOME": "", "PYTHONPATH": os.pathsep.join([str(tmp_path), PATH])}
+    for cache, env, where in (
+        (tmp_path / "file", {}, str(tmp_path / "file")),
+        ("", homeless, "home folder"),
+    ):
+        _, err = call(tmp_path, cache, env=env)
+        assert err.count("RuntimeWarning") == len(IMPORTS)
+        assert err.count(where) >= len(IMPORTS)
+        assert "SIXBAR_CACHE_DIR" in err
     assert not files(tmp_path)

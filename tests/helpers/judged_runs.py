@@ -31,7 +31,7 @@ VALUES = {
     "initial.slider_angle": (-3e-4, 3e-4),
     "environment.gravity": (-10.0, 20.0),
 }
-CASES = ((1, 0.0), (2, 0.0), (3, 0.0), (13, 0.0), (3, 0.02))
+CASES = ((2, 0.0), (3, 0.0), (3, 0.02), (13, 0.0))
 """Of `random_scene`, seed and fault: both tiers; 13 is indeterminate, a faulty one differs."""
 PERIOD = 0.4
 """Of the random tables, s: that of the scene 150rpm-0.2mm."""
@@ -71,13 +71,12 @@ def family(model, scene):
 
 
 @lru_cache(maxsize=12)
-def random_scene(seed, samples_per_cycle=1000, *, fault=0.0):
+def random_scene(seed, *, fault=0.0):
     """A changed scene by both models, with all their runs.
 
     ``fault`` is a relative error of the second model's restitution.
     """
     scene, tier = changed_scene(seed)
-    scene = scene.with_values({"output.samples_per_cycle": samples_per_cycle})
     scene = scene if tier == "standard" else tight(scene, MODELS)
     assert scene is not None
     wrong = scene.with_values({"contact.restitution": scene.data["contact"]["restitution"] * (1 + fault)})

@@ -6,12 +6,10 @@ from functools import cache
 import numpy as np
 import pandas as pd
 import pytest
-from by_keywords import compare, compare_recorded
-from judged_runs import KINDS, MODELS, compared, each, random_scene, random_tables
+from by_keywords import compare_recorded
+from judged_runs import CASES, KINDS, MODELS, compared, each, random_scene, random_tables
 
-from comparison import metrics as signals
 from comparison.accuracy.uncertainty import Runs
-from comparison.tables.align import align
 from comparison.tables.channels import channels
 from comparison.tables.foreign import read_tables
 from comparison.tables.mapping import load_mapping
@@ -23,15 +21,13 @@ NUMBERS = (
     "coverage", "explained", "outside", "max_difference", "rms_difference", "max_scaled", "rms_scaled",
     "worst_time", "worst_threshold", "scale", "coverage_error", "rms_error",
 )  # fmt: skip
-SCENES = ((2, 0.0), (3, 0.0), (3, 0.02), (13, 0.0))
-"""Seed and fault: two that agree, one that differs, one that is indeterminate."""
 
 
 @cache
 def cases():
     """Runs with their comparison, each made once."""
     judged = [random_tables(seed) for seed in range(20)]
-    judged += [random_scene(seed, fault=fault) for seed, fault in SCENES]
+    judged += [random_scene(seed, fault=fault) for seed, fault in CASES]
     return [(each, compared(each)) for each in judged]
 
 
@@ -112,7 +108,7 @@ def test_the_origin_of_time_does_not_matter():
             assert other.impacts["all"].recall == result.impacts["all"].recall
 
 
-@pytest.mark.parametrize("offset", [0.0, 1e4, 1.7e9])
+@pytest.mark.parametrize("offset", [0.0, 1.7e9])
 def test_late_times_that_two_programs_count_differently_are_the_same_grid(offset):
     """Seconds since 1970 have a last digit of 2e-7: runs with uncertainties would be refused."""
     steps = np.arange(801) * 1e-3
@@ -183,55 +179,52 @@ def test_whole_revolutions_in_any_run_make_no_difference(told, which, size):
 
 # Units and formats
 
+# A unit of another program, and what one of it is in SI: the first number over the second.
 FOREIGN = {
-    "m": ("mm", 1e3), "rad": ("deg", 180 / np.pi), "m/s": ("mm/s", 1e3), "rad/s": ("deg/s", 180 / np.pi),
-    "m/s^2": ("mm/s^2", 1e3), "rad/s^2": ("deg/s^2", 180 / np.pi), "N": ("kN", 1e-3),
+    "s": ("ms", 1.0, 1e3), "m": ("mm", 1.0, 1e3), "rad": ("deg", np.pi / 180, 1.0),
+    "m/s": ("mm/s", 1.0, 1e3), "rad/s": ("deg/s", np.pi / 180, 1.0), "m/s^2": ("mm/s^2", 1.0, 1e3),
+    "rad/s^2": ("deg/s^2", np.pi / 180, 1.0), "N": ("kN", 1e3, 1.0),
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("ending", "seed", "fault"), [("csv", 3, 0.02), ("parquet", 2, 0.0)])
-def test_units_and_formats_do_not_matter(tmp_path, ending, seed, fault):
-    """Tables in ms, mm, deg and kN with names of another program."""
-    judged = random_scene(seed, fault=fault)
-    columns = {"TIME": ("time", "ms", 1e3)}
-    for name in judged.a.base.channels:
-        columns[f"press {name}"] = (name, *FOREIGN[channels()[name].unit])
+def test_units_and_formats_do_not_matter(tmp_path):
+    """One model's tables in CSV, the other's in Parquet, in ms, mm, deg and kN with names of another program.
+
+    What such a file says is one rounded operation away from SI, here as there: the tables are the same to the
+    last bit. From tables a bit apart u may be more than bits apart: in kappa it divides small differences.
+    """
+    judged = random_scene(3, fault=0.02)
+    names = ["time", *judged.a.base.channels]
+    theirs = ["TIME", *(f"press {name}" for name in judged.a.base.channels)]
+    units, *numbers = zip(*(FOREIGN[channels()[n].unit if n != "time" else "s"] for n in names), strict=True)
+    above, below = np.array(numbers)
     rules = tmp_path / "mapping.toml"
     rules.write_text(
-        "\n".join(f'[columns."{own}"]\nchannel = "{c}"\nunit = "{u}"' for own, (c, u, _) in columns.items())
+        "\n".join(
+            f'[columns."{own}"]\nchannel = "{name}"\nunit = "{unit}"'
+            for own, name, unit in zip(theirs, names, units, strict=True)
+        )
     )
-    paths = []
-    for side, runs in zip("ab", judged[2:], strict=True):
+    paths, expected = [], []
+    for ending, runs in (("csv", judged.a), ("parquet", judged.b)):
         for kind in KINDS:
-            frame = getattr(runs, kind).frame
-            made = pd.DataFrame({own: frame[c] * factor for own, (c, _, factor) in columns.items()})
-            paths.append(tmp_path / f"{side}-{kind}.{ending}")
+            made = getattr(runs, kind).frame[names] * below / above
+            expected.append(made * above / below)
+            paths.append(tmp_path / f"{kind}.{ending}")
+            made = made.set_axis(theirs, axis=1)
             made.to_csv(paths[-1], index=False) if ending == "csv" else made.to_parquet(paths[-1])
     tables, left_out = read_tables(paths, [*"aaaaabbbbb"], load_mapping(rules), None)
     assert not [line for line in left_out if "not compared" in line]
+    for table, frame in zip(tables, expected, strict=True):
+        pd.testing.assert_frame_equal(table.frame[names], frame, check_exact=True)
     a, b = (
         Runs(refinement=runs.refinement, **dict(zip(KINDS, part, strict=True)))
         for part, runs in zip((tables[:5], tables[5:]), judged[2:], strict=True)
     )
-    result, plain = compared(judged._replace(a=a, b=b)), compared(judged)
-    assert result.verdict == plain.verdict
-    for name, channel in result.channels.items():
-        other = plain.channels[name]
-        # Two conversions round each number at 2.2e-16 of its size, the differences of two at twice that, and
-        # what u makes of them at six times.
-        rounding = 4 * np.finfo(float).eps * np.abs(other.a).max()
-        np.testing.assert_allclose(channel.difference, other.difference, rtol=0, atol=rounding)
-        np.testing.assert_allclose(channel.u, other.u, rtol=1e-9, atol=10 * rounding)
-        assert channel.verdict == other.verdict
-        # One sample of two thousand may change sides where u is round-off itself.
-        assert channel.coverage == pytest.approx(other.coverage, abs=1e-3)
-        assert channel.rms_difference == pytest.approx(other.rms_difference, rel=1e-9, abs=rounding)
-        assert channel.scale == pytest.approx(other.scale, rel=1e-14)
+    assert compared(judged._replace(a=a, b=b)).verdict == compared(judged).verdict
 
 
 # Another sampling
-
-FINE = 3000  # samples a cycle; a third of them is what the scenes write
 
 
 def every(judged, n):
@@ -243,54 +236,24 @@ def every(judged, n):
     return judged._replace(a=each(judged.a, thinned), b=each(judged.b, thinned))
 
 
-def changed(result, fine):
-    """Change, stated error and size of coverage and RMS of the channels that both samplings excite."""
-    for name, channel in result.channels.items():
-        other = fine.channels[name]
-        if "unexcited" in {channel.verdict, other.verdict}:
-            continue  # of a corner that touches once no sample may be left
-        yield abs(channel.coverage - other.coverage), channel.coverage_error, 1.0
-        yield abs(channel.rms_difference - other.rms_difference), channel.rms_error, other.rms_difference
-
-
-def lost(result, other):
-    """Share of the channels that only one sampling has a judged sample of: a scene's coverage counts them.
-
-    Forces of corners that touch a few times. One that is excited without such a sample covers nothing.
-    """
-    having = [{name for name, c in of.channels.items() if c.judged.any()} for of in (result, other)]
-    excited = [
-        {name for name, c in of.channels.items() if c.verdict != "unexcited"} for of in (result, other)
-    ]
-    return len((having[0] ^ having[1]) | (excited[0] ^ excited[1])) / len(result.channels)
-
-
-def assert_no_flip(channel, other):
-    """One verdict, but where the coverage is as near to its floor as it may be off."""
-    floor = next(iter(channel.channels.values())).limits.coverage
-    if channel.verdict != other.verdict:
-        assert {channel.verdict, other.verdict} == {"agree", "indeterminate"}
-        assert abs(channel.coverage - floor) <= max(channel.coverage_error, other.coverage_error)
-
-
-@pytest.mark.parametrize("seed", [2, 3])
-def test_a_third_of_the_samples_gives_the_verdict_of_all_and_their_numbers_within_the_stated_error(seed):
-    judged = random_scene(seed, FINE)
-    fine, result = compared(judged), compared(every(judged, 3))
-    assert_no_flip(result, fine)
-    assert abs(result.coverage - fine.coverage) <= result.coverage_error + lost(result, fine) + 1e-3
-    pairs = list(changed(result, fine))
-    # Measured on 60 scenes from 6000 samples a cycle to 1000: 86 % of coverages, 87 % of RMS of motion and
-    # 79 % of forces; the rest are channels of which coarser samples miss the same contacts.
-    assert np.mean([change <= error + 1e-3 * size for change, error, size in pairs]) >= 0.75
-    assert result.shift is not None
-    assert fine.shift is not None
-    assert abs(result.shift.value - fine.shift.value) <= result.shift.uncertainty
-    # From the events, which no sampling thins.
-    assert (
-        vars(result.impacts["all"]).pop("pairs").tolist() == vars(fine.impacts["all"]).pop("pairs").tolist()
-    )
-    assert str(vars(result.impacts["all"])) == str(vars(fine.impacts["all"]))
+def test_half_of_the_samples_gives_the_verdict_of_all_and_their_numbers_within_the_stated_error():
+    for judged, fine in cases()[-4:-1]:  # all scenes but the indeterminate one
+        result, within = compared(every(judged, 2)), []
+        assert result.verdict == fine.verdict
+        assert abs(result.coverage - fine.coverage) <= result.coverage_error
+        for name, channel in result.channels.items():
+            other = fine.channels[name]
+            if "unexcited" in {channel.verdict, other.verdict}:
+                continue  # of a corner that touches once no sample may be left
+            within.append(abs(channel.coverage - other.coverage) <= channel.coverage_error + 1e-3)
+            change = abs(channel.rms_difference - other.rms_difference)
+            within.append(change <= channel.rms_error + 1e-3 * other.rms_difference)
+        # Measured on 60 scenes from 6000 samples a cycle to 1000: 86 % of coverages, 87 % of RMS of motion
+        # and 79 % of forces; the rest are channels of which coarser samples miss the same contacts.
+        assert np.mean(within) >= 0.75
+        assert abs(result.shift.value - fine.shift.value) <= result.shift.uncertainty
+        # From the events, which no sampling thins.
+        assert str(vars(result.impacts["all"])) == str(vars(fine.impacts["all"]))
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -310,44 +273,3 @@ def test_the_stated_errors_are_those_of_tables_with_fewer_samples(seed):
         assert channel.rms_error == pytest.approx(error(name, "rms_difference"), rel=1e-12, abs=1e-18)
     expected = pytest.approx(error("", "coverage"), rel=1e-12, abs=1e-15, nan_ok=True)
     assert result.coverage_error == expected
-
-
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("counts", [(1000, 500), (500, 1000), (1000, 997), (1009, 3000), (1000, 1000)])
-def test_a_resampled_table_is_compared_alike(seed, counts):
-    """Signals of six waves, known everywhere: differences are off by no more than interpolation is."""
-    rng = np.random.default_rng(seed)
-    waves = list(zip(rng.uniform(-1, 1, 6), 2 * np.pi * np.arange(1, 7), rng.uniform(0, 6, 6), strict=True))
-    late, larger = rng.uniform(0, 2e-4), 1 + rng.uniform(0, 2e-3)
-
-    def wave(time, order=0):
-        return sum(s * w**order * np.sin(w * time + p + order * np.pi / 2) for s, w, p in waves)
-
-    def table(count, late, larger):
-        time = np.linspace(0, 1, count + 1)
-        x, v, a = (larger * wave(time - late, order) for order in range(3))
-        columns = {"slider_x": x, "slider_vx": v, "slider_ax": a}
-        return Table(pd.DataFrame({"time": time} | columns))
-
-    first, second = table(counts[0], 0.0, 1.0), table(counts[1], late, larger)
-    result = compare(Runs(first), Runs(second), tolerance=1e-2)
-    aligned = align(first, second, ["slider_x", "slider_vx", "slider_ax"])
-    fine = np.linspace(0, 1, 20_001)
-    h = 1 / max(counts)
-    for order, (name, power) in enumerate((("slider_x", 4), ("slider_vx", 2), ("slider_ax", 2))):
-        most = sum(abs(s) * w ** (order + power) for s, w, _ in waves)
-        allowed = (1e-13 if counts[0] == counts[1] else h**power / {4: 384, 2: 8}[power]) * most * 1.01
-        exact = wave(aligned.time, order) - larger * wave(aligned.time - late, order)
-        channel = result.channels[name]
-        np.testing.assert_allclose(channel.difference, exact, rtol=0, atol=allowed + 1e-12 * most)
-        everywhere = wave(fine, order) - larger * wave(fine - late, order)
-        # Sums of five hundred samples or more of waves of whole periods; the ends count twice.
-        expected = signals.rms(fine, everywhere)
-        assert channel.rms_difference == pytest.approx(expected, rel=1e-2, abs=allowed)
-        # A wave between two samples is higher by (w h)^2 / 8 at most, h that of the compared times.
-        below = (2 * np.pi * 6 / min(counts)) ** 2 / 8 * np.abs(everywhere).max() * 1.01
-        assert -below - allowed <= channel.max_difference - np.abs(everywhere).max() <= allowed + 1e-12
-        assert channel.rms_error <= 0.1 * expected
-        if abs(np.abs(everywhere).max() / np.ptp(wave(fine, order)) - 1e-2) > 1e-3:
-            beyond = np.abs(everywhere).max() > 1e-2 * np.ptp(wave(fine, order))
-            assert channel.verdict == ("differ" if beyond else "agree")

@@ -1,7 +1,6 @@
 """Every number of a comparison once more by a second judge, on random tables and on random scenes."""
 
 from collections import Counter
-from functools import cache
 
 import numpy as np
 import pandas as pd
@@ -88,24 +87,6 @@ def test_random_tables_are_judged_alike_by_a_tolerance(share):
     assert min(verdicts["agree"], verdicts["differ"]) >= 20
 
 
-@cache
-def scene_and_result(seed, fault):
-    judged = random_scene(seed, fault=fault)
-    return judged, compared(judged)
-
-
-@pytest.mark.parametrize(("seed", "fault"), CASES)
-def test_random_scenes_are_judged_alike(seed, fault):
-    judged, result = scene_and_result(seed, fault)
-    other = second(judged)
-    assert_same(result, other.channels)
-    assert (result.verdict, result.coverage) == (other.verdict, pytest.approx(other.coverage, rel=1e-12))
-    assert (result.verdict == "differ") == bool(fault)
-
-
-# Impacts
-
-
 def assert_same_impacts(result, expected):
     assert [tuple(pair) for pair in result.pairs] == expected.pop("pairs")
     for name, value in expected.items():
@@ -114,17 +95,21 @@ def assert_same_impacts(result, expected):
 
 
 @pytest.mark.parametrize(("seed", "fault"), CASES)
-def test_the_impacts_of_random_scenes_are_compared_alike(seed, fault):
-    judged, result = scene_and_result(seed, fault)
-    assert result.impacts is not None
+def test_random_scenes_and_their_impacts_are_judged_alike(seed, fault):
+    judged = random_scene(seed, fault=fault)
+    result, other = compared(judged), second(judged)
+    assert_same(result, other.channels)
+    assert (result.verdict, result.coverage) == (other.verdict, pytest.approx(other.coverage, rel=1e-12))
+    assert (result.verdict == "differ") == bool(fault)
     a, b = result.events
-    window, time = WINDOW * judged.scene.period, result.time
     assert WINDOW == 1 / 5000
     masks = {place: result.channels[f"corner_{place}_gap"].predictable for place in ("ll", "lr", "ul", "ur")}
-    within = [second_judge.begins_in(events, time, masks) for events in (a, b)]
+    within = [second_judge.begins_in(events, result.time, masks) for events in (a, b)]
     for part, of in (("all", (None, None)), ("predictable", within)):
         assert len(result.impacts[part].pairs) >= 5
-        assert_same_impacts(result.impacts[part], second_judge.impacts(a, b, window, *of))
+        assert_same_impacts(
+            result.impacts[part], second_judge.impacts(a, b, WINDOW * judged.scene.period, *of)
+        )
 
 
 @pytest.mark.parametrize("seed", range(40))
