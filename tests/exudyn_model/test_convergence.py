@@ -1,4 +1,4 @@
-"""Errors follow the step at second order (five bodies), or the tolerance (trees)."""
+"""Errors of five bodies follow the step at second order; trees take few steps."""
 
 import numpy as np
 import pytest
@@ -35,38 +35,18 @@ def test_the_error_of_five_bodies_is_of_second_order(run, law, steps, method, wi
 
 
 PIN = {"joints.crank_pin": "clearance", "drive.cycles": 0.06, "output.samples_per_cycle": 10_000}
-EVENTS = {"start": 1e-8, "end": 1e-8, "normal_speed": 3e-8, "impulse": 2e-9, "peak_force": 2e-5}
-THREE = (1e-4, 1.014e-4, 1.027e-4)
-# A cycle of chatter, which magnifies round-off to some 1e-12 m; five bounces of the journal, where friction
-# reverses inside a step, which scatters errors by a factor of up to 40: three runs of other largest steps.
-# Measured 6e-12 m, 9e-10 rad; 2.4e-10 and 2.3e-11 m, 2.1e-7 m/s; steps: 13,493; at most 2302
-TREES = {
-    "slider": ({"drive.cycles": 1.0}, (1e-4,), {"slider_x": 1e-10, "slider_angle": 1e-8}, 18_000),
-    "pin": (PIN | {"joints.slider": "ideal"}, THREE, {"slider_y": 1.5e-9, "slider_vy": 2e-6}, 4000),
-    "both": (PIN, THREE, {"slider_y": 1.5e-9, "slider_vy": 2e-6}, 4000),
-}
 
 
-@pytest.mark.parametrize("case", TREES)
-def test_the_error_of_a_tree_follows_the_tolerance(run, case):
-    changes, steps, bounds, work = TREES[case]
-    place = next(iter(bounds))
-    tight = run(changes, tree=1e-12)
-    usual, loose = ([run(changes, {STEP: step}, tree=each) for step in steps] for each in (1e-10, 1e-7))
-    for name, bound in bounds.items():
-        assert max(error(result, tight, name) for result in usual) < bound, name
-    fine, coarse = (
-        np.sqrt(np.mean([error(each, tight, place) ** 2 for each in of])) for of in (usual, loose)
-    )
-    # 1000 times the tolerance
-    assert 50 < coarse / fine < 20_000
-    for result in usual:
-        # A retry for each touch and for each leaving, a few more as a step is shortened to 3/4 at most
-        counters, rows = result.provenance["counters"], result.events
-        assert counters["steps"] < work
-        assert counters["rejected"] < 0.15 * counters["steps"]
-        assert counters["located"] < (3 if case == "slider" else 6) * len(rows["start"])
-        # Journal and corners may touch at one instant
-        assert sorted(rows["corner"]) == sorted(tight.events["corner"])
-        for name, bound in (EVENTS if case == "slider" else {"start": 1e-8}).items():
-            np.testing.assert_allclose(rows[name], tight.events[name], rtol=0, atol=bound, err_msg=name)
+# A cycle of chatter; five bounces of the journal, where friction reverses inside a step. Measured: 13,493 and
+# at most 2302 steps
+@pytest.mark.parametrize(
+    ("changes", "work", "retries"),
+    [({"drive.cycles": 1.0}, 18_000, 3), (PIN | {"joints.slider": "ideal"}, 4000, 6), (PIN, 4000, 6)],
+)
+def test_a_tree_takes_few_steps(run, changes, work, retries):
+    """A retry for each touch and for each leaving, a few more as a step is shortened to 3/4 at most."""
+    result = run(changes, tree=1e-10)
+    counters = result.provenance["counters"]
+    assert counters["steps"] < work
+    assert counters["rejected"] < 0.15 * counters["steps"]
+    assert counters["located"] < retries * len(result.events["start"])

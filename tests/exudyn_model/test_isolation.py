@@ -2,7 +2,6 @@
 
 import numba
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Chebyshev, Polynomial
@@ -40,24 +39,14 @@ def first_stop(polynomial):
     side=st.sampled_from([-1.0, 1.0]),
 )
 def test_what_stays_away_from_the_wall_is_settled_and_what_passes_is_stopped_before(thousandths, lift, side):
-    """Lifted so that its least value is above the wall, or below."""
-    often_turning = Chebyshev(np.array(thousandths) / 1000, domain=[0.0, 1.0])
+    """Lifted so that its least value is above the wall, or below; of a millimetre, in m."""
+    often_turning = Chebyshev(np.array(thousandths) / 1e6, domain=[0.0, 1.0])
     polynomial = often_turning.convert(kind=Polynomial)
     turns = [root.real for root in polynomial.deriv().roots() if abs(root.imag) < 1e-6 and 0 < root.real < 1]
     shifted = polynomial - min(polynomial(np.array([0.0, 1.0, *turns]))) + side * lift
     if shifted(0.0) > 1e-12:
         stop = first_stop(shifted)
         assert stop == 1.0 or side < 0.0
-        assert stop == 1.0 or abs(shifted(stop)) <= 2.2e-8  # 1e-9 of a step, at rates of up to 22
+        assert stop == 1.0 or abs(shifted(stop)) <= 2.2e-11  # 1e-9 of a step, at rates of up to 22e-3
         # Nothing lies behind the wall up to there
-        assert shifted(np.linspace(0.0, stop, 2001)).min() >= -2.2e-8
-
-
-@pytest.mark.parametrize("curvature", [1e-9, 1e-4, 1.0])
-def test_what_rests_at_the_wall_and_is_pressed_touches_at_once_and_what_leaves_does_not(curvature):
-    pressed = Polynomial([0.0, 0.0, -curvature])
-    assert searched(pressed) == 0.0
-    assert searched(-pressed) == NEVER
-    # It leaves, and comes back inside the step
-    thrown = Polynomial([0.0, curvature, -2 * curvature])
-    assert searched(thrown) == pytest.approx(0.5, abs=1e-9 + 1e-16 / curvature)  # 1e-16 m is none
+        assert shifted(np.linspace(0.0, stop, 2001)).min() >= -2.2e-11

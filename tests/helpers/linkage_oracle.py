@@ -1,22 +1,32 @@
-"""A minimal-coordinate program for linkages of one degree of freedom, and the balance of each body.
+"""A minimal-coordinate program for linkages with and without clearances; contact by docs/model.md, section 6.
 
-Every body has one coordinate, its angle or its travel along its guide. Walking the pins from the frame gives
-each point as a sum of turned arms; pins left over close loops. One coordinate q of the linkage drives the
-others through the loops, with influence coefficients x' = dx/dq, and Eksergian's equation moves it:
-
-    M q'' + 1/2 M' q'^2 = Q,    M = sum m |c'|^2 + J phi'^2
-
-Where q comes to a dead position another coordinate takes over. `balance` is a second formulation: Newton's
-and Euler's equations of each body at the sampled state, which also give what the joints carry.
+`Bodies` takes as many of the bodies' coordinates for independent as a pose leaves free, anew at each sample;
+the loops give the others by Newton's method. Contact acts by its virtual power, -F_n rate + F_t slip, hence
+by the rows that give rate and slip from the velocities. Touches and separations are zeros of gaps on DOP853's
+dense output, integrated to again; there the integration starts anew.
 """
 
 import math
-from dataclasses import dataclass
+from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
+from page_formulas import (
+    DAMPING,
+    compliances,
+    conformal_radius,
+    friction,
+    impact_force,
+    normal_force,
+    point_elastic,
+    point_stiffness,
+)
 from scipy.integrate import DOP853
-from scipy.optimize import minimize_scalar
+from scipy.linalg import qr
+from scipy.optimize import brentq, minimize_scalar
 
+CORNERS = {"ll": (-1, 1), "lr": (-1, -1), "ul": (1, 1), "ur": (1, -1)}
+"""Sides of a corner along the guide's direction and along its normal."""
 SINGULAR = 1e-3
 """Smallest singular value over that of the start: there a run ends."""
 
@@ -25,185 +35,477 @@ class LostError(ArithmeticError):
     """Loops that do not close."""
 
 
-@dataclass
-class Place:
-    """Coordinates and x' (m, rad); centroids, angles, springs' lengths, with derivatives."""
+class Contact:
+    """A contact: its law, the impact speed while it is closed, and its events."""
 
-    x: np.ndarray
-    dx: np.ndarray
-    centroids: tuple
-    angles: tuple
-    lengths: tuple
+    def __init__(self, name, clearance):
+        self.name, self.events, self.impact = name, [], None
+        self.clearance, self.contact, self.friction = clearance, clearance["contact"], clearance["friction"]
+        radius, law = clearance.get("journal_radius"), self.contact
+        radius = conformal_radius(radius, clearance["size"]) if radius else clearance["corner_radius"]
+        material = compliances(*[law["youngs_modulus"]] * 2, *[law["poisson"]] * 2)
+        stiffness = law.get("stiffness") if law["law"] == "adams-impact" else None
+        self.K = stiffness or point_stiffness(*material, radius)
+
+    def force(self, depth, rate, slip):
+        """Return normal force, friction and the elastic part of the first."""
+        if self.impact is None or depth <= 0:
+            return 0.0, 0.0, 0.0
+        law, rub, n = self.contact, self.friction, self.contact["exponent"]
+        elastic = point_elastic(self.K, depth, n)
+        if law["law"] == "adams-impact":
+            normal = impact_force(self.K, n, law["damping"], law["damping_depth"], depth, rate)
+        else:
+            C = DAMPING[law["damping_model"]](law["restitution"])
+            normal = normal_force(elastic, C, depth, rate, self.impact)
+        numbers = rub["coefficient"], rub["static_speed"], rub["transition_speed"]
+        return normal, friction(*numbers, normal, slip), elastic
+
+    def switch(self, t, rate, impulse):
+        if self.impact is None:
+            self.impact = max(rate, self.contact["impact_speed_floor"])
+            row = {"corner": self.name, "start": t, "end": math.inf, "normal_speed": self.impact}
+            self.events.append(row | {"impulse": -impulse, "peak_force": 0.0, "largest_depth": 0.0})
+        else:
+            self.events[-1] |= {"end": t, "impulse": self.events[-1]["impulse"] + impulse}
+            self.impact = None
+
+    def watch(self, depth, rate, slip):
+        if self.impact:
+            event, force = self.events[-1], self.force(depth, rate, slip)[0]
+            event["largest_depth"] = max(event["largest_depth"], depth)
+            event["peak_force"] = max(event["peak_force"], force)
 
 
-class Linkage:
-    """A linkage in one assembly; `k` is the body whose coordinate is q."""
+class March:
+    """A motion: coordinates, rates; work of the drive, losses to damping and friction; impulses."""
+
+    def __init__(self, system, tolerance):
+        self.system, self.contacts, self.tolerance = system, system.contacts, tolerance
+        self.sums, self.step, self.singular = np.zeros(3 + len(self.contacts)), 1e-8, math.inf
+        # Least singular value over that of the start, now and in the last step.
+        self.sigma = self.least = 1.0
+
+    def ended(self):
+        return sum(len(contact.events) - bool(contact.impact) for contact in self.contacts)
+
+    def look(self, t, state):
+        f = len(self.system.free)
+        return self.system.look(t, state[:f], state[f : 2 * f])
+
+    def derivative(self, t, state):
+        try:
+            look = self.look(t, state)
+        except LostError:  # a trial too far
+            return np.full(len(state), np.nan)
+        forces = [contact.force(*gap) for contact, gap in zip(self.contacts, look.gaps, strict=True)]
+        change, power, heat = self.system.accelerate(look, forces)
+        (normal, slid, elastic), (_, rate, slip) = (np.reshape(x, (-1, 3)).T for x in (forces, look.gaps))
+        sums = [power, heat + (normal - elastic) @ rate, -slid @ slip, *normal]
+        return np.concatenate([state[len(change) : 2 * len(change)], change, sums])
+
+    def solver(self, t, state, until):
+        first = min(self.step, abs(until - t))
+        return DOP853(self.derivative, t, state, until, first_step=first, **self.tolerances())
+
+    def tolerances(self):
+        # Near a singular position differences round off. Of the rates by what rounding of a depth gives a
+        # light body of a stiff contact.
+        f, rtol = len(self.system.free), max(self.tolerance, 1e-15 / self.least**2)
+        atol = rtol * np.concatenate([np.full(f, 0.01), np.full(f, 100.0), np.ones(len(self.sums))])
+        return {"rtol": rtol, "atol": atol}
+
+    def advance(self, look, until):
+        """Return the look at `until`, or before it at a touch, a separation or near a singular position."""
+        solver = self.solver(look.t, np.concatenate([*self.system.begin(look), self.sums]), until)
+        parts = np.append(2.0 ** -np.arange(40, 3, -4), np.linspace(0, 1, 8)[1:])
+        while solver.status == "running":
+            before = solver.t, solver.y
+            vars(solver).update(self.tolerances())
+            if solver.step():
+                self.singular = solver.t
+                return look
+            dense = solver.dense_output()
+            if self.contacts:
+                zero = self.first(dense, solver.t_old + parts * solver.step_size)
+                parts = parts[-7:]
+                if zero:
+                    return self.cross(*before, *zero)
+            elif self.locks(dense):
+                return look
+            self.step = solver.h_abs
+        self.sums = solver.y[-len(self.sums) :]
+        return self.look(solver.t, solver.y)
+
+    def locks(self, dense):
+        """Return whether a step has a singular position, and note its time."""
+
+        def sigma(t):
+            try:
+                return self.system.rank(self.look(t, dense(t))) / self.system.rank(self.system.start)
+            except LostError:
+                return 0.0
+
+        grid = np.linspace(dense.t_old, dense.t, 4)
+        values = [self.sigma, *map(sigma, grid[1:])]
+        k = int(np.argmin(values))
+        low, when = values[k], grid[k]
+        if low < 0.1:
+            bounds = grid[max(k - 1, 0)], grid[min(k + 1, 3)]
+            best = minimize_scalar(sigma, bounds=bounds, method="bounded", options={"xatol": 1e-13})
+            if best.fun < low:
+                low, when = best.fun, best.x
+        self.least, self.sigma = low, values[-1]
+        if low < SINGULAR:
+            # At the end of a step it falls on, linearly, to a zero ahead.
+            ahead = low * (grid[-1] - grid[-2]) / (values[-2] - low) if when > grid[-1] - 1e-12 else 0.0
+            self.singular = when + ahead
+        return low < SINGULAR
+
+    def first(self, dense, at):
+        """Return time and contact of the first touch or separation among times of a step, or None."""
+
+        def depths(t):
+            """Return what is positive until a contact switches."""
+            gaps = self.look(t, dense(t)).gaps
+            for contact, gap in zip(self.contacts, gaps, strict=True):
+                contact.watch(*gap)
+            return [gap[0] * (1 if c.impact else -1) for c, gap in zip(self.contacts, gaps, strict=True)]
+
+        # A margin that has just switched starts at zero, up to rounding.
+        for (start, early), (end, late) in pairwise((t, depths(t)) for t in [dense.t_old, *at]):
+            zeros = []
+            for k, (a, b) in enumerate(zip(early, late, strict=True)):
+                if b < min(a, 0) - 1e-14:
+                    inside = depths(start)[k] > 0 > depths(end)[k]
+                    zero = brentq(lambda t, k=k: depths(t)[k], start, end, xtol=1e-18) if inside else start
+                    zeros.append((zero, k))
+            if zeros:
+                return min(zeros)
+        return None
+
+    def cross(self, t, state, when, k):
+        """Integrate to a zero of gap k, twice for its error on the dense output, and switch contact k."""
+        for _ in range(2):
+            if when != t:
+                solver = self.solver(t, state, when)
+                while solver.status == "running":
+                    solver.step()
+                t, state = solver.t, solver.y
+            look = self.look(t, state)
+            depth, rate, _ = look.gaps[k]
+            when -= depth / rate if abs(depth) < 1e-9 * abs(rate) else 0
+        self.sums, self.step = state[-len(self.sums) :], 1e-8
+        self.contacts[k].switch(t, rate, self.sums[3 + k])
+        return look
+
+
+def times(scene):
+    output, drive = scene["output"], scene["drive"]
+    if "duration" in output:
+        return np.linspace(0, output["duration"], output["samples"] + 1)
+    cycles, samples = drive["cycles"], output["samples_per_cycle"]
+    return np.arange(round(cycles * samples) + 1) * 60 / abs(drive["speed_rpm"]) / samples
+
+
+def solve(scene, grid=None, tolerance=1e-13, contacts=math.inf):
+    """Return columns at the times of a grid, events, and when the motion meets a singular position.
+
+    It ends there, or at the end of the n-th contact.
+    """
+    system, rows = Bodies(scene), []
+    march, look = March(system, tolerance), system.start
+    for after in times(scene) if grid is None else grid:
+        while look.t < after and march.singular == math.inf and march.ended() < contacts:
+            look = march.advance(look, after)
+        if look.t == after:
+            rows.append({"time": after} | system.sample(look, march.sums))
+    for contact, impulse in zip(system.contacts, march.sums[3:], strict=True):
+        if contact.impact:
+            contact.switch(look.t, 0, impulse)
+    events = [event for contact in system.contacts for event in contact.events]
+    events.sort(key=lambda event: round(event["start"], 12))
+    columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    return columns, events, march.singular
+
+
+class Bodies:
+    """Any linkage; `free` are its independent coordinates among x, y, angle of each body."""
 
     def __init__(self, scene):
-        self.scene, self.names = scene, list(scene["body"])
-        bodies, n = scene["body"].values(), len(scene["body"])
-        self.mass = np.array([body["mass"] for body in bodies])
-        self.inertia = np.array([body["inertia"] for body in bodies])
-        self.own = np.array([complex(*body["centroid"]) for body in bodies])
-        self.along, fixed = np.zeros(n, complex), np.append(np.zeros(n), 1.0)
-        # Affine in exp(i angle) or travel x along: coefficients, then the constant.
-        self.frames = {"frame": (0j * fixed, fixed)}
-        self.tilt = np.zeros(n)
+        self.scene, self.names, loose = scene, list(scene["body"]), scene.get("clearance", {})
+        self.contacts = [
+            Contact(f"{name}.{corner}" if corner else name, clearance)
+            for name, clearance in loose.items()
+            for corner in (CORNERS if name in scene["guide"] else [""])
+        ]
+        bodies, drive = scene["body"].values(), scene["drive"]
+        self.mass = np.array([m for body in bodies for m in (body["mass"], body["mass"], body["inertia"])])
+        self.size = max(np.ptp([*body["points"].values()], axis=0).max() for body in bodies)
+        self.place = {name: k for k, name in enumerate([*self.names, "frame"])}
+        self.joints = [*scene["pin"], *scene["guide"]]
+        self.points = {
+            body: row["points"] | {"centroid": row["centroid"]} for body, row in scene["body"].items()
+        }
+        self.points["frame"] = {"centroid": [0.0, 0.0]}
+        self.ends = [self.both(pin, pin["joins"]) for pin in scene["pin"].values()]
         for guide in scene["guide"].values():
-            k = self.names.index(guide["body"])
-            self.along[k] = np.exp(1j * math.radians(guide["direction_deg"]))
-            self.tilt[k] = math.radians(guide["angle_deg"])
-            turn = np.exp(1j * self.tilt[k]) * fixed
-            origin = complex(*guide["point"]) * fixed + np.eye(n + 1)[k] - turn * self.own[k]
-            self.frames[self.names[k]] = origin, turn
-        loops, pins = [], [self.ends(pin) for pin in scene["pin"].values()]
-        while pins:
-            ends = next(ends for ends in pins if any(body in self.frames for body, _ in ends))
-            pins.remove(ends)
-            (one, own), (other, there) = sorted(ends, key=lambda end: end[0] not in self.frames)
-            if other in self.frames:
-                loops.append(self.at(one, own) - self.at(other, there))
-            else:
-                turn = np.eye(n + 1)[self.names.index(other)] + 0j
-                self.frames[other] = self.at(one, own) - turn * there, turn
-        self.loops = np.array(loops)
-        self.middles = np.array([self.at(name, own) for name, own in zip(self.names, self.own, strict=True)])
-        self.springs = list(scene["spring"].values())
-        spans = [self.at(*second) - self.at(*first) for first, second in map(self.ends, self.springs)]
-        self.spans = np.array(spans).reshape(-1, n + 1)
-        self.assemble()
+            self.ends.append(self.both(guide, [guide["on"], guide["body"] + ".centroid"]))
+        self.chords = self.chord(self.ends)
+        self.springs = self.chord([self.both(row, row["joins"]) for row in scene["spring"].values()])
+        self.rate = drive.get("speed_rpm", 0.0) * math.pi / 30
+        self.driven = 3 * self.place[drive.get("body", self.names[0])] + 2
+        self.angle = math.radians(scene["initial"].get(drive.get("body"), {}).get("angle_deg", 0.0))
+        self.tight = [*range(len(self.joints))]
+        pose, velocity = self.assemble()
+        self.tight = [k for k in self.tight if self.joints[k] not in loose]
+        self.start = self.look(0.0, *self.begin(SimpleNamespace(t=0.0, pose=pose, velocity=velocity)))
 
-    def ends(self, joint):
-        """Return (body, own point) of both ends of a pin or spring."""
-        return [end_of(self.scene["body"], joint, end) for end in joint["joins"]]
+    def both(self, joint, joins):
+        """Return body and point, from its centroid, of both ends of a joint or spring."""
+        ends = []
+        for end in joins:
+            body, _, name = end.partition(".")
+            own = complex(*(self.points[body].get(name) or joint["point"]))
+            ends.append((self.place[body], own - complex(*self.points[body]["centroid"])))
+        return ends
 
-    def at(self, body, own):
-        origin, turn = self.frames[body]
-        return origin + turn * own
+    def chord(self, joints):
+        """Return second ends less first ones, linear in the centroids, in exp(i angle) and in 1."""
+        sides, arms = np.zeros((2, len(joints), len(self.place)), complex)
+        for side, arm, ends in zip(sides, arms, joints, strict=True):
+            for sign, (body, own) in zip((-1, 1), ends, strict=True):
+                side[body] += sign
+                arm[body] += sign * own
+        return sides[:, :-1], arms[:, :-1], arms[:, -1]
 
-    def turned(self, x):
-        """Return exp(i angle) or travel x along, with first and second derivatives."""
-        u, line = np.exp(1j * x) * (self.along == 0), self.along
-        return u + x * line, 1j * u + line, -u
+    def spans(self, chords, pose):
+        """Return chords, the rows that give their rates, and the turned arms."""
+        sides, arms, fixed = chords
+        turned, rows = arms * np.exp(1j * pose[2::3]), np.zeros((len(fixed), len(pose)), complex)
+        rows[:, 0::3], rows[:, 1::3], rows[:, 2::3] = sides, 1j * sides, 1j * turned
+        return sides @ (pose[0::3] + 1j * pose[1::3]) + turned.sum(axis=1) + fixed, rows, turned
 
-    def closure(self, x):
-        """Return the loops' gaps and their derivatives by coordinate, real parts then imaginary ones."""
-        u, du, _ = self.turned(x)
-        return real(self.loops @ np.append(u, 1)), real(self.loops[:, :-1] * du)
+    def guides(self):
+        """Return number, body, body that it is on, direction and angle of each guide."""
+        for k, row in enumerate(self.scene["guide"].values(), len(self.scene["pin"])):
+            angles = math.radians(row["direction_deg"]), math.radians(row["angle_deg"])
+            yield k, self.place[row["body"]], self.place[row["on"]], *angles
 
-    def newton(self, x, rest):
-        """Close the loops from x; `rest(x)` returns one more equation and its row."""
-        start = x
-        for _ in range(40):
-            gap, rows = self.closure(x)
-            more, row = rest(x)
-            try:
-                step = np.linalg.solve(np.vstack([rows, row]), -np.append(gap, more))
-            except np.linalg.LinAlgError:
-                raise LostError from None
-            x = x + step
-            if np.abs(x - start)[self.along == 0].max() > 1:
-                raise LostError
-            if np.abs(step).max() < 1e-8:  # the next one is its square
-                return x
-        raise LostError
-
-    def place(self, q):
-        """Return the linkage at its coordinate q, near where it was."""
-        k = self.k
-        guess = self.x + self.dx * (q - self.x[k])
-        row = np.eye(len(guess))[k]
-        x = self.newton(guess, lambda x: (x[k] - q, row))
-        matrix = np.vstack([self.closure(x)[1], row])
-        dx = np.linalg.solve(matrix, np.eye(len(x))[-1])
-        u, du, ddu = self.turned(x)
-        curved = ddu * dx**2
-        ddx = np.linalg.solve(matrix, np.append(-real(self.loops[:, :-1] @ curved), 0))
-        self.x, self.dx = x, dx
-        points = [np.vstack([self.middles, self.spans])[:, :-1] @ v for v in (u, du * dx, du * ddx + curved)]
-        points[0] = points[0] + np.append(self.middles[:, -1], self.spans[:, -1])
-        n = len(x)
-        length = np.abs(points[0][n:])
-        free = self.along == 0
-        return Place(
-            x, dx, tuple(p[:n] for p in points), (np.where(free, x, self.tilt), dx * free, ddx * free),
-            (length, (points[0][n:].conj() * points[1][n:]).real / length),
-        )  # fmt: skip
+    def constraints(self, t, pose, velocity):
+        """Return values and rows, with their rates at no velocity, and rates of these at no acceleration."""
+        unit, angles, omega = np.eye(len(pose)), np.append(pose[2::3], 0), np.append(velocity[2::3], 0)
+        turns, (value, rows, turned) = np.vstack([unit[2::3], 0 * pose]), self.spans(self.chords, pose)
+        bias = -turned @ omega[:-1] ** 2
+        for k, body, on, direction, angle in self.guides():
+            # Along the normal, which turns with the body that the guide is on
+            normal, w = 1j * np.exp(1j * (direction + angles[on])), omega[on]
+            bias[k] = dot(normal, bias[k] - 2j * w * (rows[k] @ velocity) - w**2 * value[k])
+            rows[k] = dot(normal, rows[k] - 1j * value[k] * turns[on]) + 1j * (turns[body] - turns[on])
+            value[k] = dot(normal, value[k]) + 1j * (angles[body] - angles[on] - angle)
+        value, bias = (np.column_stack([z.real, z.imag])[self.tight].ravel() for z in (value, bias))
+        rows = np.stack([rows.real, rows.imag], axis=1)[self.tight].reshape(-1, len(pose))
+        change = np.zeros(len(value))
+        if self.rate:
+            value = np.append(value, pose[self.driven] - self.angle - self.rate * t)
+            rows, change, bias = np.vstack([rows, unit[self.driven]]), [*change, -self.rate], [*bias, 0]
+        return value, rows, np.array(change), np.array(bias)
 
     def assemble(self):
-        """Set assembly, q and its rate of the start from [initial] and [guess]."""
-        scene = self.scene
-        rows = {b: scene["guess"].get(b, {}) | scene["initial"].get(b, {}) for b in self.names}
-        x = np.radians([row.get("angle_deg", 0.0) for row in rows.values()])
-        initial = scene["initial"].items()
-        given = [(self.names.index(b), key, value) for b, row in initial for key, value in row.items()]
-        ((body, key, value),) = [row for row in given if row[1] in ("x", "y", "angle_deg")]
+        """Return pose and velocity at the start: ideal joints, loose ones off by their offsets."""
+        scene, n, offsets, keys = self.scene, len(self.mass), [], ("x", "y", "angle_deg", "vx", "vy", "omega")
+        for name in self.joints:
+            row, pair = scene.get("clearance", {}).get(name), np.zeros((2, 2))
+            if row and name in scene["pin"]:
+                pair = -np.array([row["offset"], row["offset_rate"]])
+            elif row:
+                tilt = math.radians(row["tilt_deg"])
+                pair = np.array([[row["offset"], tilt], [row["offset_rate"], row["tilt_rate"]]])
+            offsets.append(pair)
+        (places, rates), pose = np.hstack(offsets), np.zeros(n)
+        for body, row in [*scene["guess"].items(), *scene["initial"].items()]:
+            k = 3 * self.place[body] + 2
+            pose[k] = math.radians(row["angle_deg"]) if "angle_deg" in row else pose[k]
+        given = {}, {}
+        for body, row in [] if self.rate else scene["initial"].items():
+            for key, value in row.items():
+                order, k = divmod(keys.index(key), 3)
+                given[order][3 * self.place[body] + k] = math.radians(value) if key == "angle_deg" else value
+        at, speeds = [*given[0]], given[1] or dict.fromkeys(given[0], 0.0)
+        flat, unit = np.arange(n) % 3 < 2, np.eye(n)
+        value, rows, _, _ = self.constraints(0.0, pose, pose)
+        pose[flat] -= np.linalg.lstsq(rows[:, flat], value, rcond=None)[0]
+        for _ in range(20):
+            value, rows, change, _ = self.constraints(0.0, pose, pose)
+            value[: len(places)] -= places
+            value = np.append(value, pose[at] - [*given[0].values()])
+            pose = pose - solved(np.vstack([rows, unit[at]]), value)
+        if not np.abs(value).max() < 1e-12:
+            raise LostError
+        change[: len(rates)] -= rates
+        rows = np.vstack([rows, unit[[*speeds]]])
+        return pose, solved(rows, np.append(-change, [*speeds.values()]))
 
-        def rest(x):
-            if key == "angle_deg":
-                return x[body] - math.radians(value), np.eye(len(x))[body]
-            u, du, _ = self.turned(x)
-            part = 1 if key == "x" else -1j
-            middle = part * self.middles[body]
-            return (middle @ np.append(u, 1)).real - value, (middle[:-1] * du).real
-
-        self.x = self.newton(x, rest)
-        self.k = self.names.index(scene["drive"].get("body", self.names[body]))
-        if self.along[self.k]:
-            self.k = int(np.argmax(self.along == 0))
-        self.dx = np.zeros(len(x))
-        place = self.place(self.x[self.k])
-        self.rate = scene["drive"].get("speed_rpm", 0.0) * math.pi / 30
-        for body, key, value in given:
-            if key in ("vx", "vy", "omega"):
-                c = place.centroids[1][body]
-                self.rate = value / {"vx": c.real, "vy": c.imag, "omega": place.angles[1][body]}[key]
-
-    def equation(self, place, rate):
-        """Return M, M', Q without a drive by speed, the power of a torque and that of dampers."""
-        scene, (c, dc, ddc), (_, dphi, ddphi) = self.scene, place.centroids, place.angles
-        M = self.mass @ np.abs(dc) ** 2 + self.inertia @ dphi**2
-        dM = 2 * (self.mass @ (dc.conj() * ddc).real + self.inertia @ (dphi * ddphi))
-        Q = -scene["environment"]["gravity"] * (self.mass @ dc.imag)
-        if scene.get("load"):
-            k = self.names.index(scene["load"]["body"])
-            Q += push(scene["load"], c[k].imag)[0] * dc[k].imag
-        damped = 0.0
-        for spring, length, slope in zip(self.springs, *place.lengths, strict=True):
-            Q -= tension(spring, length, slope * rate) * slope
-            damped += spring["damping"] * (slope * rate) ** 2
-        k = self.names.index(scene["drive"].get("body", self.names[0]))
-        torque = drive_torque(scene["drive"], place.angles[0][k]) * dphi[k]
-        return M, dM, Q + torque, torque * rate, damped
-
-    def rank(self, place):
-        """Return the smallest singular value of the bodies' constraints, lengths over the largest one."""
-        size = max(np.ptp([*b["points"].values()], axis=0).max() for b in self.scene["body"].values())
-        c = place.centroids[0]
-        matrix, _ = jacobian(self.scene, np.column_stack([c.real, c.imag, place.angles[0]]).ravel())
+    def rank(self, look):
+        """Return the smallest singular value of the constraints, lengths over the largest one."""
+        matrix = look.jacobian.copy()
         shifts = np.abs(matrix).reshape(len(matrix), -1, 3)[:, :, :2].any(axis=(1, 2))
-        matrix[np.ix_(shifts, np.arange(matrix.shape[1]) % 3 == 2)] /= size
+        matrix[np.ix_(shifts, np.arange(matrix.shape[1]) % 3 == 2)] /= self.size
         return np.linalg.svd(matrix, compute_uv=False)[-1]
 
+    def begin(self, look):
+        """Choose the independent coordinates, and return them and their rates."""
+        rows = self.constraints(look.t, look.pose, look.velocity)[1]
+        rows[:, 2::3] *= 5  # arms of 0.2 m are as good as 1
+        order = qr(rows, pivoting=True, mode="r")[1] if len(rows) else np.arange(rows.shape[1])
+        self.bound, self.free = order[: len(rows)], order[len(rows) :]
+        self.near = look.t, look.pose, np.zeros((len(self.mass), len(self.free))), 0 * look.pose
+        return look.pose[self.free], look.velocity[self.free]
 
-def real(z):
-    return np.concatenate([z.real, z.imag])
+    def look(self, t, z, dz):
+        """Return the linkage at given coordinates: depth, rate, slip of contacts, rows of the last two."""
+        n, free, bound, (then, near, slope, drift) = len(self.mass), self.free, self.bound, self.near
+        pose, step = near + slope @ (z - near[free]) + drift * (t - then), np.ones(1)
+        pose[free] = z
+        while np.abs(step).max(initial=0) > 1e-10:  # the next one is its square, over a small singular value
+            value, rows, change, _ = self.constraints(t, pose, np.zeros(n))
+            step = solved(rows[:, bound], value)
+            pose[bound] -= step
+            if not np.abs(pose - near).max() < 0.5:
+                raise LostError
+        rows = self.constraints(t, pose, np.zeros(n))[1]
+        slope, drift, curved = np.zeros((n, len(free))), np.zeros(n), np.zeros(n)
+        slope[free], slope[bound] = np.eye(len(free)), -solved(rows[:, bound], rows[:, free])
+        drift[bound] = -solved(rows[:, bound], change)
+        velocity = slope @ dz + drift
+        curved[bound] = -solved(rows[:, bound], self.constraints(t, pose, velocity)[3])
+        self.near = t, pose, slope, drift
+        look = SimpleNamespace(t=t, pose=pose, velocity=velocity, slope=slope, drift=drift, curved=curved)
+        look.jacobian, look.gaps, look.rows, look.places = rows, [], [], []
+        c, u = np.append(pose[0::3] + 1j * pose[1::3], 0), np.append(np.exp(1j * pose[2::3]), 1)
+        chords, guides = self.spans(self.chords, pose)[0], {k: guide for k, *guide in self.guides()}
+        for contact in self.contacts:
+            name, _, corner = contact.name.partition(".")
+            row, k = contact.clearance, self.joints.index(name)
+            if corner:
+                (first, second, direction, angle), (along, across) = guides[k], CORNERS[corner]
+                tangent = np.exp(1j * direction) * u[second]
+                normal = 1j * across * tangent
+                half = complex(along * row["length"], across * row["width"]) / 2
+                spot = c[first] + half * np.exp(1j * (direction - angle)) * u[first]
+                at = chords[k] + spot - c[first]
+                depth = dot(normal, at) - row["width"] / 2 - row["size"]
+            else:
+                (first, _), (second, there) = self.ends[k]
+                at = -chords[k]
+                normal = at / abs(at) if at else 1 + 0j
+                tangent, depth = 1j * normal, abs(at) - row["size"]
+                spot = c[second] + u[second] * there + (row["journal_radius"] + row["size"]) * normal
+            rows = np.zeros((2, n + 3))
+            for target, way in zip(rows, (normal, tangent), strict=True):
+                for body, to in ((first, way), (second, -way)):
+                    target[3 * body : 3 * body + 3] += to.real, to.imag, dot(to, 1j * (spot - c[body]))
+            look.rows.append(rows[:, :-3])
+            look.gaps.append((depth, *(rows[:, :-3] @ velocity)))
+            look.places.append(at)
+        return look
+
+    def stretched(self, look):
+        """Return springs, their lengths, and the rows that give the rates of these."""
+        spans, rows, _ = self.spans(self.springs, look.pose)
+        rows = dot(spans / np.abs(spans), rows.T).T
+        return [*zip(self.scene["spring"].items(), np.abs(spans), rows, strict=True)]
+
+    def applied(self, look, forces):
+        """Return all forces but those of constraints, the power of a torque and that of dampers."""
+        scene, applied, damped = self.scene, np.zeros(len(self.mass)), 0.0
+        applied[1::3] = -scene["environment"]["gravity"] * self.mass[1::3]
+        for (normal, slid, _), (row, along) in zip(forces, look.rows, strict=True):
+            applied += slid * along - normal * row
+        for (_, spring), span, row in self.stretched(look):
+            rate = row @ look.velocity
+            applied -= tension(spring, span, rate) * row
+            damped += spring["damping"] * rate**2
+        if scene.get("load"):
+            k = 3 * self.place[scene["load"]["body"]] + 1
+            applied[k] += push(scene["load"], look.pose[k])[0]
+        torque = scene["drive"].get("torque", 0.0)
+        if "torque_table" in scene["drive"]:
+            degrees = math.degrees(look.pose[self.driven]) % 360
+            torque = float(np.interp(degrees, *np.transpose(scene["drive"]["torque_table"])))
+        applied[self.driven] += torque
+        return applied, torque * look.velocity[self.driven], damped
+
+    def accelerate(self, look, forces):
+        """Return the independent coordinates' accelerations and powers of drive and dampers."""
+        applied, power, damped = self.applied(look, forces)
+        weighed = look.slope * self.mass[:, None]
+        change = np.linalg.solve(look.slope.T @ weighed, look.slope.T @ applied - weighed.T @ look.curved)
+        look.acceleration = look.slope @ change + look.curved
+        look.carried = self.mass * look.acceleration - applied  # by the joints
+        return change, power + look.drift @ look.carried, damped
+
+    def sample(self, look, sums):
+        """Return the columns of one moment."""
+        scene, row, gravity = self.scene, {}, self.scene["environment"]["gravity"]
+        forces = [contact.force(*gap) for contact, gap in zip(self.contacts, look.gaps, strict=True)]
+        self.accelerate(look, forces)
+        keys = ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")
+        for k, name in enumerate(self.names):
+            motion = look.pose, look.velocity, look.acceleration
+            values = [x for part in motion for x in part[3 * k : 3 * k + 3]]
+            row |= {f"{name}.{key}": value for key, value in zip(keys, values, strict=True)}
+        carried = np.linalg.lstsq(look.jacobian.T, look.carried, rcond=None)[0]
+        joints = dict(zip(self.tight, carried[: 2 * len(self.tight)].reshape(-1, 2), strict=True))
+        guides = {k: guide for k, *guide in self.guides()}
+        for contact, gap, (normal, slid, _), at, (across, along) in zip(
+            self.contacts, look.gaps, forces, look.places, look.rows, strict=True
+        ):
+            name, _, corner = contact.name.partition(".")
+            k, total, prefix = self.joints.index(name), slid * along - normal * across, contact.name
+            prefix += "_" if corner else "."
+            row |= {prefix + "gap": -gap[0]} if corner else {prefix + "x": at.real, prefix + "y": at.imag}
+            row |= {prefix + "normal": normal, prefix + "friction": slid}
+            if corner:
+                b, on, direction, _ = guides[k]
+                turned = direction + (0 if on == len(self.names) else look.pose[3 * on + 2])
+                pushed = dot(1j * np.exp(1j * turned), complex(*total[3 * b : 3 * b + 2]))
+                joints[k] = joints.get(k, 0) + np.array([pushed, total[3 * b + 2]])
+            else:
+                b = 3 * self.ends[k][1][0]
+                joints[k] = total[b : b + 2]
+        for k, pair in joints.items():
+            keys = ("force", "moment") if k in guides else ("reaction_x", "reaction_y")
+            row |= {f"{self.joints[k]}.{key}": value for key, value in zip(keys, pair, strict=True)}
+        row |= {"drive.torque": carried[-1]} if self.rate else {}
+        fallen = gravity * self.mass[1::3] @ (self.start.pose - look.pose)[1::3]
+        row |= {"energy_kinetic": self.mass @ look.velocity**2 / 2, "energy_gravity": fallen}
+        row |= {"energy_drive": sums[0], "energy_damping": sums[1], "energy_spring": 0.0}
+        for (name, spring), span, rates in self.stretched(look):
+            row[f"{name}.force"] = tension(spring, span, rates @ look.velocity)
+            row["energy_spring"] += spring["stiffness"] * (span - spring["length"]) ** 2 / 2
+        if self.contacts:
+            gaps = zip(self.contacts, look.gaps, strict=True)
+            stored = sum(c.force(*gap)[2] * gap[0] / (c.contact["exponent"] + 1) for c, gap in gaps)
+            row |= {"energy_friction": sums[2], "energy_contact": stored}
+        if scene.get("load"):
+            row["energy_load"] = push(scene["load"], look.pose[3 * self.place[scene["load"]["body"]] + 1])[1]
+        return row
 
 
-def end_of(bodies, joint, end):
-    body, _, point = end.partition(".")
-    place = joint if body == "frame" else bodies[body]["points"] | {"centroid": bodies[body]["centroid"]}
-    return body, complex(*place[point or "point"])
+def dot(a, b):
+    return (np.conj(a) * b).real
+
+
+def solved(matrix, right):
+    try:
+        return np.linalg.solve(matrix, right)
+    except np.linalg.LinAlgError:
+        raise LostError from None
 
 
 def tension(spring, length, rate):
     return spring["stiffness"] * (length - spring["length"]) + spring["damping"] * rate
-
-
-def drive_torque(drive, angle):
-    if "torque_table" in drive:
-        return float(np.interp(math.degrees(angle) % 360, *np.transpose(drive["torque_table"])))
-    return drive.get("torque", 0.0)
 
 
 def push(load, y):
@@ -216,197 +518,3 @@ def push(load, y):
         return force, float(np.trapezoid([*forces[inside], force], [*depths[inside], h]))
     force = load["force"] * (h / load["depth"]) ** load["exponent"]
     return force, force * h / (load["exponent"] + 1)
-
-
-@dataclass
-class Motion:
-    """Columns at the samples up to the end; outcome, "regular" or "singular", and when."""
-
-    columns: dict
-    outcome: str
-    time: float
-
-
-def times(scene):
-    output, drive = scene["output"], scene["drive"]
-    if "duration" in output:
-        return np.linspace(0, output["duration"], output["samples"] + 1)
-    cycles, samples = drive["cycles"], output["samples_per_cycle"]
-    return np.arange(round(cycles * samples) + 1) * 60 / abs(drive["speed_rpm"]) / samples
-
-
-def solve(scene, tolerance=1e-13):
-    """Return the motion of a scene (complete mapping) at DOP853's relative tolerance."""
-    linkage, grid = Linkage(scene), times(scene)
-    run = Run(linkage, "speed_rpm" in scene["drive"], tolerance)
-    # Coordinate and rate, work of the drive, heat of the dampers.
-    state = np.array([linkage.x[linkage.k], linkage.rate, 0.0, 0.0])
-    rows, end, t = [run.sample(state)], None, 0.0
-    for after in grid[1:]:
-        while t < after and end is None:
-            t, state, end = run.advance(t, after, state)
-        if end is not None:
-            break
-        rows.append(run.sample(state))
-    columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-    columns["energy_gravity"] = columns["energy_gravity"][0] - columns["energy_gravity"]
-    columns["time"] = grid[: len(rows)]
-    return Motion(columns, "regular" if end is None else "singular", end or grid[-1])
-
-
-class Run:
-    """A motion on its way: its step; least singular value over that of the start, now and in the step."""
-
-    def __init__(self, linkage, driven, tolerance):
-        self.linkage, self.driven, self.tolerance = linkage, driven, tolerance
-        self.before, self.last, self.step = 1.0, 1.0, None
-        self.initial = linkage.rank(linkage.place(linkage.x[linkage.k]))
-
-    def derivative(self, _, state):
-        q, rate = state[:2]
-        try:
-            M, dM, Q, power, damped = self.linkage.equation(self.linkage.place(q), rate)
-        except LostError:
-            return np.full(4, np.nan)
-        if self.driven:
-            return np.array([rate, 0.0, (dM * rate**2 / 2 - Q) * rate, damped])
-        return np.array([rate, (Q - dM * rate**2 / 2) / M, power, damped])
-
-    def advance(self, t, after, state):
-        """Return time, state and singular time (or None) at `after` or at a change of the coordinate."""
-        linkage = self.linkage
-        first = None if self.step is None else min(self.step, after - t)
-        solver = DOP853(self.derivative, t, state, after, first_step=first, rtol=self.tolerance)
-        while solver.status == "running":
-            self.step = solver.h_abs
-            # Near a dead position differences round off.
-            solver.rtol = max(self.tolerance, 1e-15 / self.last**2)
-            solver.atol = solver.rtol / 10
-            solver.step()
-            if solver.status == "failed":
-                return t, state, solver.t
-            end = self.singular(solver.dense_output(), solver.t_old, solver.t)
-            if end is not None:
-                break
-            place = linkage.place(solver.y[0])
-            # How far each goes along q: angles, and travels over the longest arm.
-            moved = np.abs(place.dx) / np.where(linkage.along == 0, 1, np.abs(linkage.loops).max())
-            k = int(np.argmax(moved))
-            if not self.driven and moved[k] > 3 * moved[linkage.k]:
-                slope = place.dx[k]
-                linkage.k, linkage.dx, self.step = k, place.dx / slope, None
-                return solver.t, np.array([place.x[k], solver.y[1] * slope, *solver.y[2:]]), None
-        return solver.t, solver.y, end
-
-    def singular(self, dense, t0, t1):
-        """Return the time of a singular position in a step, or None."""
-
-        def sigma(t):
-            try:
-                return self.linkage.rank(self.linkage.place(dense(t)[0])) / self.initial
-            except LostError:
-                return 0.0
-
-        grid = np.linspace(t0, t1, 4)
-        values = [self.before, *map(sigma, grid[1:])]
-        k = int(np.argmin(values))
-        low, when = values[k], grid[k]
-        if low < 0.1:
-            bounds = grid[max(k - 1, 0)], grid[min(k + 1, 3)]
-            best = minimize_scalar(sigma, bounds=bounds, method="bounded", options={"xatol": 1e-13})
-            if best.fun < low:
-                low, when = best.fun, best.x
-        self.last, self.before = low, values[-1]
-        if low >= SINGULAR:
-            return None
-        # At the end of a step it falls on, linearly, to a zero ahead.
-        return when + low * (t1 - grid[-2]) / (values[-2] - low) if when > t1 - 1e-12 else when
-
-    def sample(self, state):
-        """Return the columns of one moment; gravity's energy from height 0."""
-        q, rate, work, heat = state
-        linkage, scene = self.linkage, self.linkage.scene
-        place = linkage.place(q)
-        M, dM, Q, _, _ = linkage.equation(place, rate)
-        change = 0.0 if self.driven else (Q - dM * rate**2 / 2) / M
-        row = {}
-        for k, name in enumerate(linkage.names):
-            c, dc, ddc = (z[k] for z in place.centroids)
-            angle, first, second = (z[k] for z in place.angles)
-            velocity, acceleration = dc * rate, ddc * rate**2 + dc * change
-            values = (c, angle, velocity, first * rate, acceleration, first * change + second * rate**2)
-            keys = ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")
-            flat = [x for v in values for x in ((v.real, v.imag) if isinstance(v, complex) else (v,))]
-            row |= {f"{name}.{key}": value for key, value in zip(keys, flat, strict=True)}
-        if self.driven:
-            row["drive.torque"] = dM * rate**2 / 2 - Q
-        row |= {"energy_kinetic": M * rate**2 / 2, "energy_drive": work, "energy_damping": heat}
-        row["energy_gravity"] = scene["environment"]["gravity"] * (linkage.mass @ place.centroids[0].imag)
-        springs = zip(linkage.springs, place.lengths[0], strict=True)
-        row["energy_spring"] = sum(s["stiffness"] * (x - s["length"]) ** 2 / 2 for s, x in springs)
-        if scene.get("load"):
-            k = linkage.names.index(scene["load"]["body"])
-            row["energy_load"] = push(scene["load"], place.centroids[0][k].imag)[1]
-        return row
-
-
-def gap(scene, joint, pose):
-    """Return second end less first (m, complex), with first and second derivatives by the bodies' pose."""
-    names, value, rows, second = list(scene["body"]), 0j, np.zeros((2, len(pose))), np.zeros((2, len(pose)))
-    for sign, end in zip((-1, 1), joint["joins"], strict=True):
-        body, own = end_of(scene["body"], joint, end)
-        if body != "frame":
-            k = 3 * names.index(body)
-            arm = np.exp(1j * pose[k + 2]) * (own - complex(*scene["body"][body]["centroid"]))
-            rows[:, k : k + 3] = sign * np.array([[1, 0, -arm.imag], [0, 1, arm.real]])
-            second[:, k + 2] = -sign * arm.real, -sign * arm.imag
-            own = complex(*pose[k : k + 2]) + arm
-        value += sign * own
-    return value, rows, second
-
-
-def jacobian(scene, pose):
-    """Return the rows of pins, guides (normal, angle) and speed, and their second derivatives."""
-    unit, place = np.eye(len(pose)), {name: 3 * k for k, name in enumerate(scene["body"])}
-    pins = [gap(scene, pin, pose) for pin in scene["pin"].values()]
-    rows = [rows for _, rows, _ in pins]
-    for guide in scene["guide"].values():
-        k, direction = place[guide["body"]], math.radians(guide["direction_deg"])
-        rows.append([math.cos(direction) * unit[k + 1] - math.sin(direction) * unit[k], unit[k + 2]])
-    if "speed_rpm" in scene["drive"]:
-        rows.append(unit[[place[scene["drive"]["body"]] + 2]])
-    rows, second = np.vstack(rows), np.vstack([second for _, _, second in pins])
-    return rows, np.vstack([second, np.zeros((len(rows) - len(second), len(pose)))])
-
-
-def balance(scene, columns):
-    """Return accelerations, joint and spring forces by the balance of bodies, from places and rates."""
-    names, drive, load = list(scene["body"]), scene["drive"], scene.get("load")
-    keys = [f"{name}.{key}" for name in names for key in ("ax", "ay", "alpha")]
-    keys += [f"{pin}.reaction_{part}" for pin in scene["pin"] for part in "xy"]
-    keys += [f"{guide}.{part}" for guide in scene["guide"] for part in ("force", "moment")]
-    keys += ["drive.torque"] if "speed_rpm" in drive else []
-    mass = np.array([m for b in scene["body"].values() for m in (b["mass"], b["mass"], b["inertia"])])
-    poses, rates = (
-        np.transpose([columns[f"{name}.{key}"] for name in names for key in ends])
-        for ends in (("x", "y", "angle"), ("vx", "vy", "omega"))
-    )
-    result = []
-    for pose, rate in zip(poses, rates, strict=True):
-        applied, pulls = np.zeros(len(mass)), []
-        applied[1::3] = -scene["environment"]["gravity"] * mass[1::3]
-        if load:
-            k = 3 * names.index(load["body"]) + 1
-            applied[k] += push(load, pose[k])[0]
-        k = 3 * names.index(drive.get("body", names[0])) + 2
-        applied[k] += drive_torque(drive, pose[k])
-        for spring in scene["spring"].values():
-            value, rows, _ = gap(scene, spring, pose)
-            along = np.array([value.real, value.imag]) / abs(value) @ rows
-            pulls.append(tension(spring, abs(value), along @ rate))
-            applied -= pulls[-1] * along
-        rows, second = jacobian(scene, pose)
-        full = np.block([[np.diag(mass), -rows.T], [rows, np.zeros((len(rows), len(rows)))]])
-        result.append([*np.linalg.solve(full, np.append(applied, -second @ rate**2)), *pulls])
-    keys += [f"{spring}.force" for spring in scene["spring"]]
-    return dict(zip(keys, np.transpose(result), strict=True))

@@ -1,20 +1,24 @@
-"""Random linkage scenes: four-bars, slider-cranks, Watt and Stephenson six-bars.
+"""Random linkage scenes: four-bars, slider-cranks, Watt and Stephenson six-bars, levers with a guide on them.
 
-`scene(kind, i)` is the same at every call. Of five in a row one has the lengths of a change point and one is
-driven by its speed until it locks; the others turn freely if driven by speed, else swing as they like.
+`scene(kind, i)` and `loose_scene(kind, i)` are the same at every call. Of five in a row one has the lengths
+of a change point and one is driven by its speed until it locks; the others turn freely if driven by speed,
+else swing as they like.
 """
 
+import copy
 import math
 import zlib
 
 import numpy as np
-from linkage_oracle import Linkage, LostError
+from linkage_oracle import Bodies, LostError
 
 KINDS = ("four-bar", "slider-crank", "watt", "stephenson")
+LOOSE = ("four-bar", "slider-crank", "lever")
 CASES = ("change-point", "smooth", "smooth", "locks", "smooth")
 DRIVES = ("speed", "free", "torque", "torque_table")
 FOUR_BAR = {"O": ("frame", "crank"), "A": ("crank", "rod"), "B": ("rod", "rocker"), "C": ("frame", "rocker")}
 SLIDER_CRANK = {"O": ("frame", "crank"), "A": ("crank", "rod"), "B": ("rod", "slider")}
+LEVER = {"O": ("frame", "crank"), "A": ("crank", "slider"), "C": ("frame", "rod")}
 # A six-bar's second dyad joins neighbours of the first loop in Watt's chain, opposite links in Stephenson's.
 HANGS = {
     "watt": (("rod", "rocker"), ("crank", "rod"), ("frame", "rocker"), ("frame", "crank")),
@@ -42,7 +46,7 @@ def scene(kind, i):
 
 def draw(rng, kind, case, drive):
     """Return a linkage with its springs and drive, or None where its lengths cannot be."""
-    pins = dict(SLIDER_CRANK if kind == "slider-crank" else FOUR_BAR)
+    pins = dict({"slider-crank": SLIDER_CRANK, "lever": LEVER}.get(kind, FOUR_BAR))
     if kind in HANGS:
         one, other = HANGS[kind][rng.integers(len(HANGS[kind]))]
         pins |= {"D": (one, "five"), "E": ("five", "six"), "F": (other, "six")}
@@ -74,13 +78,18 @@ def draw(rng, kind, case, drive):
         else:
             joins = [name_of(pins, bodies, body, pin) for body in rng.permutation(ends).tolist()]
         drawn["pin"][pin] = {"joins": joins, "point": pair(place[pin] if ends[0] == "frame" else 0j)}
-    if kind == "slider-crank":
-        slider = bodies["slider"]
-        arm = complex(*slider["centroid"]) - complex(*slider["points"]["B"])
-        middle = place["B"] + np.exp(1j * math.radians(angles["slider"])) * arm
-        guide = {"body": "slider", "on": "frame", "point": pair(middle + along * rng.uniform(-0.1, 0.1))}
-        guide |= {"direction_deg": math.degrees(np.angle(along)), "angle_deg": angles["slider"]}
-        drawn["guide"]["G"] = guide
+    if "slider" in bodies:  # its guide is on the frame, or on a lever
+        pin, on = ("A", "rod") if kind == "lever" else ("B", "frame")
+        slider, turn = bodies["slider"], math.radians(angles.get(on, 0.0))
+        arm = complex(*slider["centroid"]) - complex(*slider["points"][pin])
+        point = (
+            place[pin] + np.exp(1j * math.radians(angles["slider"])) * arm + along * rng.uniform(-0.1, 0.1)
+        )
+        if kind == "lever":
+            point = (point - place["C"]) * np.exp(-1j * turn) + complex(*bodies[on]["points"]["C"])
+        guide = {"body": "slider", "on": on, "point": pair(point)}
+        guide["direction_deg"] = math.degrees(np.angle(along * np.exp(-1j * turn)))
+        drawn["guide"]["G"] = guide | {"angle_deg": angles["slider"] - angles.get(on, 0.0)}
     for k in range(rng.integers(0, 3)):
         one, other = rng.permutation(names)[:2].tolist()
         joins = [f"{one}.centroid" if rng.random() < 0.3 else "frame", f"{other}.centroid"]
@@ -111,28 +120,25 @@ def draw(rng, kind, case, drive):
 
 def drive_it(rng, drawn, case, drive):
     """Add load, torque and rates; return whether the linkage does what its case says."""
-    linkage = Linkage(drawn)
-    start = linkage.place(linkage.x[linkage.k])
+    linkage = Bodies(drawn)
+    start = linkage.start
     if linkage.rank(start) < 0.1:
         return False
     if rng.random() < 0.25:
         k = rng.integers(len(linkage.names))
-        surface = start.centroids[0][k].imag + rng.uniform(-0.05, 0.02)
-        load = {
-            "body": linkage.names[k],
-            "surface": float(surface),
-            "force": rng.uniform(10, 60),
-            "table": [],
-        }
-        load |= {"depth": 0.05, "exponent": rng.choice([1.0, 1.5, 2.0]).item()}
+        surface = start.pose[3 * k + 1] + rng.uniform(-0.05, 0.02)
+        load = {"body": linkage.names[k], "surface": float(surface), "force": rng.uniform(10, 60)}
+        load |= {"table": [], "depth": 0.05, "exponent": rng.choice([1.0, 1.5, 2.0]).item()}
         if rng.random() < 0.3:
             rows = [[0.0, 0.0], [0.02, rng.uniform(5, 30)], [0.1, rng.uniform(0, 60)]]
             load |= {"force": 0.0, "table": rows}
         drawn["load"] = load
     if drive == "speed":
-        lowest = scan(linkage, start)
+        lowest = scan(linkage)
         return {"smooth": lowest > 0.1, "locks": lowest == 0, "change-point": lowest < 0.1}[case]
-    inertia = float(linkage.equation(start, 0.0)[0] / np.abs(start.angles[1]).max() ** 2)
+    slope = start.slope[:, 0] / start.slope[linkage.driven, 0]
+    turns = np.abs(slope[2::3])
+    inertia = float(linkage.mass @ slope**2 / turns.max() ** 2)
     if drive == "torque":
         drawn["drive"]["torque"] = inertia * rng.uniform(-30, 30)
     if drive == "torque_table":
@@ -142,11 +148,11 @@ def drive_it(rng, drawn, case, drive):
         drawn["drive"]["torque_table"] = [list(row) for row in zip(degrees, torques, strict=True)]
     if case == "smooth" and rng.random() < 0.2:
         return True  # from rest
-    k = int(rng.choice(np.flatnonzero(np.abs(start.angles[1]) > 0.3 * np.abs(start.angles[1]).max())))
+    k = int(rng.choice(np.flatnonzero(turns > 0.3 * turns.max())))
     rate = rng.choice([-1, 1]) * (rng.uniform(6, 15) if case == "change-point" else rng.uniform(2, 10))
-    slope = start.angles[1] / start.angles[1][k]
-    rate /= max(1.0, np.abs(slope).max())
-    velocity = start.centroids[1][k] / start.angles[1][k] * rate
+    slope /= slope[3 * k + 2]
+    rate /= max(1.0, np.abs(slope[2::3]).max())
+    velocity = complex(*slope[3 * k : 3 * k + 2]) * rate
     key = rng.choice(["omega", "vx", "vy"], p=[0.7, 0.15, 0.15]).item()
     value = {"omega": rate, "vx": velocity.real, "vy": velocity.imag}[key]
     if abs(value) < 0.3 * min(abs(rate), abs(velocity)):
@@ -155,26 +161,23 @@ def drive_it(rng, drawn, case, drive):
     if rng.random() < 0.3:  # the position by a centroid's coordinate
         (driven,) = [body for body, row in drawn["initial"].items() if "angle_deg" in row]
         del drawn["initial"][driven]["angle_deg"]
-        where, slope = start.centroids[0][k], start.centroids[1][k]
-        across = abs(slope.real) > abs(slope.imag)
-        if abs(slope) < 0.03 * abs(start.angles[1][k]):
+        along = np.abs(slope[3 * k : 3 * k + 2])
+        if np.hypot(*along) < 0.03:
             return False
-        key, value = ("x", where.real) if across else ("y", where.imag)
-        drawn["initial"][linkage.names[k]][key] = float(value)
+        axis = 0 if along[0] > along[1] else 1
+        drawn["initial"][linkage.names[k]]["xy"[axis]] = float(start.pose[3 * k + axis])
         drawn["initial"] = {body: row for body, row in drawn["initial"].items() if row}
     return True
 
 
-def scan(linkage, start):
+def scan(linkage):
     """Return the smallest singular value of a turn over that of the start, 0 where the linkage locks."""
-    first = linkage.rank(start)
-    low, q = first, linkage.x[linkage.k]
     try:
-        for k in range(1, 181):
-            low = min(low, linkage.rank(linkage.place(q + math.copysign(k * math.pi / 90, linkage.rate))))
+        times = np.arange(181) * math.pi / 90 / abs(linkage.rate)
+        low = min(linkage.rank(linkage.look(t, np.empty(0), np.empty(0))) for t in times)
     except LostError:
         return 0.0
-    return low / first
+    return low / linkage.rank(linkage.start)
 
 
 def body_of(rng, pins):
@@ -202,3 +205,70 @@ def name_of(pins, bodies, body, pin):
 
 def pair(z):
     return [float(z.real), float(z.imag)]
+
+
+def loose_scene(kind, i):
+    """Return a scene with one to three clearances, in which contacts follow after some milliseconds."""
+    rng = np.random.default_rng([zlib.crc32(b"loose " + kind.encode()), i])
+    drawn = scene(kind, 5 * (i // 3) + (1, 2, 4)[i % 3])
+    drawn["scene"] = {"name": f"loose-{kind}-{i}", "title": f"{kind} {i}", "description": ""}
+    drawn["contact"], drawn["friction"] = laws(rng)
+    joints = [*drawn["pin"], *drawn["guide"]]
+    loose = rng.choice(joints, min(len(joints), rng.integers(1, 4)), replace=False).tolist()
+    moves = "speed_rpm" in drawn["drive"] or any("omega" in row for row in drawn["initial"].values())
+    drawn["clearance"] = {name: clearance(rng, drawn, name, moves) for name in loose}
+    if i % 5 == 4:  # centred and at rest there
+        for row in drawn["clearance"].values():
+            row |= {
+                key: (0 * np.array(row[key])).tolist() for key in row if key.startswith(("offset", "tilt"))
+            }
+    drawn["output"]["groups"] = ["accelerations", "joints", "contacts", "energy"]
+    return drawn
+
+
+def shorten(drawn, end, samples=40):
+    """Return a scene that ends near there, at a divisor of its turn."""
+    drawn = copy.deepcopy(drawn)
+    if "speed_rpm" in drawn["drive"]:
+        per_cycle = max(2, round(60 / abs(drawn["drive"]["speed_rpm"]) / end * samples))
+        drawn["drive"]["cycles"], drawn["output"]["samples_per_cycle"] = samples / per_cycle, per_cycle
+    else:
+        drawn["output"] |= {"duration": end, "samples": samples}
+    drawn["solver"]["exudyn"]["step"] = end / samples / math.ceil(end / samples / 1e-6)
+    return drawn
+
+
+def clearance(rng, drawn, name, moves):
+    """Return the clearance of a joint, with offsets inside it and, where the linkage moves, their rates."""
+    size, rate = 10 ** rng.uniform(-4, -3), 0.05 * moves
+    if name in drawn["pin"]:
+        offset = rng.uniform(0, 0.7) * size * np.exp(1j * rng.uniform(-math.pi, math.pi))
+        row = {"size": size, "journal_radius": rng.uniform(0.005, 0.03), "offset": pair(offset)}
+        row["offset_rate"] = pair(rate * complex(*rng.uniform(-1, 1, 2)))
+    else:
+        length, width = rng.uniform(0.02, 0.2), rng.uniform(0.01, 0.1)
+        row = {"size": size, "length": length, "width": width, "corner_radius": 10 ** rng.uniform(-3.5, -2)}
+        row |= {"offset": size * rng.uniform(-0.5, 0.5), "offset_rate": rate * rng.uniform(-1, 1)}
+        row |= {"tilt_deg": math.degrees(size / length * rng.uniform(-0.6, 0.6))}
+        row |= {"tilt_rate": rate / length * rng.uniform(-1, 1)}
+    row["contact"], row["friction"] = (
+        laws(rng) if rng.random() < 0.5 else (drawn["contact"], drawn["friction"])
+    )
+    return row
+
+
+def laws(rng):
+    """Return a contact law and friction."""
+    law = "adams-impact" if rng.random() < 0.3 else "hertz-corners"
+    contact = {"law": law, "youngs_modulus": 10 ** rng.uniform(9, 11), "poisson": rng.uniform(0.2, 0.4)}
+    models = ["lankarani-nikravesh", "hunt-crossley", "flores", "gonthier"]
+    contact |= {"restitution": rng.uniform(0.5, 1), "damping_model": rng.choice(models).item()}
+    contact |= {"exponent": rng.choice([1.5, 1.5, 1.5, 1.2, 2.0]).item(), "impact_speed_floor": 1e-4}
+    contact |= {"damping": 10 ** rng.uniform(1, 3), "damping_depth": 10 ** rng.uniform(-5, -4)}
+    if law == "adams-impact":  # of no use there, hence as by default
+        contact |= {"restitution": 0.9, "damping_model": "lankarani-nikravesh"}
+        contact |= {"stiffness": 10 ** rng.uniform(7, 9)} if rng.random() < 0.5 else {}
+    else:
+        contact |= {"damping": 260.0, "damping_depth": 1e-5}
+    friction = {"coefficient": rng.uniform(0.05, 0.3) if rng.random() < 0.5 else 0.0}
+    return contact, friction | {"static_speed": 1e-3, "transition_speed": 1e-2}

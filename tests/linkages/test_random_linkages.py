@@ -1,4 +1,4 @@
-"""Both models against a minimal program on random linkages."""
+"""Both models against a minimal program on random linkages, without and with clearances."""
 
 import copy
 import functools
@@ -8,11 +8,34 @@ import re
 
 import numpy as np
 import pytest
-from linkage_oracle import balance, solve
-from random_linkages import KINDS, scene
+from linkage_oracle import solve
+from random_linkages import KINDS, LOOSE, loose_scene, scene, shorten
 
-REFINED = {"reference_model": ("reference", "tolerance", 0.01), "exudyn_model": ("exudyn", "step", 0.5)}
-"""The setting of a model's second run, and its factor."""
+REFINED = {
+    "reference_model": ("reference", "tolerance", (1.0, 0.1, 0.01)),
+    "exudyn_model": ("exudyn", "step", (1.0, 0.5)),
+}
+"""The setting of a model's runs, and its factors."""
+
+
+@pytest.fixture(params=REFINED)
+def model(request):
+    return request.param
+
+
+def runs(model, drawn, which=slice(None)):
+    """Return the results of a model at some of its settings."""
+    section, key, factors = REFINED[model]
+    results = []
+    for factor in factors[which]:
+        setting = copy.deepcopy(drawn)
+        setting["solver"][section][key] *= factor
+        results.append(importlib.import_module(model).simulate(setting))
+    return results
+
+
+# ------------------------------------------------------------------ without clearances
+
 ROUNDING, KINK = 1e-9, 2e-8
 """In SI units, and of a quantity's scale: the oracle's own error, and that with a table of torques.
 
@@ -28,92 +51,118 @@ MORE = {"watt": (10, 13), "stephenson": (15, 18)}
 """Change points and locks of six-bars."""
 
 
-@pytest.fixture(params=REFINED)
-def model(request):
-    return request.param
-
-
 @functools.cache
-def expected(kind, i):
-    """Return a scene and its motion, with the forces in the joints."""
+def moving(kind, i):
+    """Return a scene, its columns and when it meets a singular position."""
     drawn = scene(kind, i)
-    motion = solve(drawn)
-    motion.columns = balance(drawn, motion.columns) | motion.columns
-    return drawn, motion
+    columns, _, end = solve(drawn)
+    return drawn, columns, end
 
 
-def runs(model, drawn):
-    """Return the results of a model at the scene's setting and at a finer one."""
-    section, key, factor = REFINED[model]
-    finer = copy.deepcopy(drawn)
-    finer["solver"][section][key] *= factor
-    simulate = importlib.import_module(model).simulate
-    return [simulate(setting) for setting in (drawn, finer)]
-
-
-def rounding(drawn):
-    """Return the error of the oracle of a scene."""
-    return KINK if "torque_table" in drawn["drive"] else ROUNDING
-
-
-def quantities(columns):
-    """Return the names of the columns of each quantity."""
-    table = {quantity: [] for quantity in QUANTITIES}
-    for column in columns:
-        end = "energy" if column.startswith("energy") else column.rpartition(".")[2]
-        for quantity in table:
-            if end in quantity.split() and column != "energy_residual":
-                table[quantity].append(column)
-    return [names for names in table.values() if names]
-
-
-def disagreements(motion, results, error):
+def errors(model, drawn, columns, end):
     """Return a sentence for each silent error: a success that is wrong, a singular position elsewhere.
 
     The tolerance of a quantity is twice the difference of the model's two runs. The finer one is judged: a
     method of second order errs there by a third of it, and by once where forces have kinks.
     """
-    statuses = [result.status for result in results]
-    wanted = {"regular": "success", "singular": "singular"}[motion.outcome]
-    if statuses != [wanted] * 2:
-        yield f"{statuses} instead of {wanted} at {motion.time:.6f} s: {results[-1].remedy}"
+    results = runs(model, drawn, slice(None, None, 2 if model == "reference_model" else 1))
+    wanted = "success" if end == np.inf else "singular"
+    if [result.status for result in results] != [wanted] * 2:
+        yield f"{results[-1].status} instead of {wanted} at {end:.6f} s: {results[-1].remedy}"
         return
     if wanted == "singular":
         for result in results:
             time = float(re.search(r"t = ([0-9.e+-]+) s", result.remedy)[1])
-            if abs(time - motion.time) > 1.5e-3:  # 1e-3 s by the contract, half of one by three decimals
-                yield f"singular at {time} instead of {motion.time:.6f} s"
+            if abs(time - end) > 1.5e-3:  # 1e-3 s by the contract, half of one by three decimals
+                yield f"singular at {time} instead of {end:.6f} s"
     # Towards a singular position velocities grow without bound.
-    until = motion.time * (1 if wanted == "success" else 0.9)
-    n = int(np.searchsorted(motion.columns["time"], until, side="right"))
+    n = int(np.searchsorted(columns["time"], 0.9 * end, side="right"))
     coarse, fine = (result.columns for result in results)
-    if min(len(fine["time"]), len(coarse["time"])) < n or set(motion.columns) - set(fine):
-        yield f"{len(fine['time'])} samples of {n}, without {set(motion.columns) - set(fine)}"
+    if min(len(fine["time"]), len(coarse["time"])) < n or set(columns) - set(fine):
+        yield f"{len(fine['time'])} samples of {n}, without {set(columns) - set(fine)}"
         return
-    for names in quantities(motion.columns):
-        tables = (motion.columns, fine, coarse)
-        truth, got, other = (np.array([table[name][:n] for name in names]) for table in tables)
-        tolerance = 2 * np.abs(got - other).max() + error * (1 + np.abs(truth).max())
-        errors = np.abs(got - truth).max(axis=1)
-        k = int(np.argmax(errors))
-        if not errors[k] <= tolerance:
-            yield f"{names[k]} off by {errors[k]:.1e}, tolerance {tolerance:.1e}"
+    error = KINK if "torque_table" in drawn["drive"] else ROUNDING
+    ends = {name: "energy" if name.startswith("energy") else name.rpartition(".")[2] for name in columns}
+    for quantity in QUANTITIES:
+        if names := [name for name in columns if ends[name] in quantity.split()]:
+            tables = (columns, fine, coarse)
+            truth, got, other = (np.array([table[name][:n] for name in names]) for table in tables)
+            tolerance = 2 * np.abs(got - other).max() + error * (1 + np.abs(truth).max())
+            apart = np.abs(got - truth).max(axis=1)
+            if not apart.max() <= tolerance:
+                yield f"{names[apart.argmax()]} off by {apart.max():.1e}, tolerance {tolerance:.1e}"
 
 
 @pytest.mark.parametrize(("kind", "i"), FEW)
 def test_a_linkage_moves_as_its_minimal_program(kind, i, model):
-    drawn, motion = expected(kind, i)
-    assert not list(disagreements(motion, runs(model, drawn), rounding(drawn)))
+    assert not list(errors(model, *moving(kind, i)))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_random_linkages_make_no_silent_error(kind, model):
     """Run LINKAGES of a kind, 10 by default, and some more; there are 75 of each."""
-    wrong, singular, count = {}, 0, int(os.environ.get("LINKAGES", "10"))
-    for i in sorted({*range(count), *MORE.get(kind, ())}):
-        drawn, motion = expected(kind, i)
-        singular += motion.outcome == "singular"
-        wrong[i] = list(disagreements(motion, runs(model, drawn), rounding(drawn)))
-    assert singular >= count // 5  # the share of locks; change points are singular too
+    count = int(os.environ.get("LINKAGES", "10"))
+    cases = sorted({*range(count), *MORE.get(kind, ())})
+    wrong = {i: list(errors(model, *moving(kind, i))) for i in cases}
+    # The share of locks; change points are singular too.
+    assert sum(moving(kind, i)[2] < np.inf for i in cases) >= count // 5
+    assert not {i: lines for i, lines in wrong.items() if lines}
+
+
+# ------------------------------------------------------------------ with clearances
+
+# What the program knows of an event, and to which share: it sees peaks at the ends of its steps' parts.
+EVENTS = {"start": 1e-7, "end": 1e-7, "normal_speed": 1e-7, "impulse": 1e-7, "peak_force": 1e-3,
+          "largest_depth": 1e-3}  # fmt: skip
+
+
+@functools.cache
+def touching(kind, i):
+    """Return a scene that ends after three contacts, its columns and events."""
+    whole = loose_scene(kind, i)
+    _, events, _ = solve(whole, [0.0, 0.05], 1e-8, 3)
+    drawn = shorten(whole, max((event["end"] for event in events), default=0.05))
+    return drawn, *solve(drawn)[:2]
+
+
+def disagreements(model, drawn, columns, events):
+    """Return a sentence for each quantity off by more than thrice the largest difference of the runs.
+
+    Across kinks errors do not fall with each decade of the tolerance: three runs show more than two.
+    """
+    results, names = runs(model, drawn), [event["corner"] for event in events]
+    for result in results:
+        if (result.status, list(result.events["corner"])) != ("success", names):
+            yield f"{result.status}, {list(result.events['corner'])} instead of {names}: {result.remedy}"
+            return
+    quantities = {}
+    for name in columns:
+        quantity = name.rpartition("_" if name.split("_")[-1] in ("gap", "normal", "friction") else ".")[2]
+        quantities.setdefault("energy" if quantity.startswith("energy") else quantity, []).append(name)
+    tables = [(each, columns, [run.columns for run in results]) for each in quantities.values()]
+    truth = {key: np.array([event[key] for event in events], float) for key in EVENTS}
+    tables += [([key], truth, [run.events for run in results]) for key in truth if truth[key].size]
+    for names, known, tabulated in tables:
+        exact, *others, got = (np.array([table[name] for name in names]) for table in (known, *tabulated))
+        # Measured: across kinks of friction a start at 8 ms is off by 3e-10, 4e-11, 2e-10 s at 1e-10, 1e-11,
+        # 1e-12; by rounding in depths of 1e-5 m forces have 1e-8 of theirs.
+        spread = max(np.abs(got - other).max() for other in others)
+        tolerance = 3 * spread + EVENTS.get(names[0], 1e-7) * np.abs(exact).max()
+        if names[0] != "time" and np.abs(got - exact).max() > tolerance:
+            yield f"{names[0]} and others off by {np.abs(got - exact).max():.1e}, tolerance {tolerance:.1e}"
+
+
+# The last ones: a guide on a body with clearance, and rest.
+@pytest.mark.parametrize(("kind", "i"), [*((kind, 0) for kind in LOOSE), ("lever", 1), ("slider-crank", 6)])
+def test_a_linkage_with_clearances_moves_as_its_minimal_program(kind, i, model):
+    assert not list(disagreements(model, *touching(kind, i)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", LOOSE)
+def test_random_clearances_make_no_silent_error(kind, model):
+    """Run LINKAGES of a kind, 11 by default, the last an assembly that offsets must not change."""
+    cases = range(int(os.environ.get("LINKAGES", "11")))
+    wrong = {i: list(disagreements(model, *touching(kind, i))) for i in cases}
     assert not {i: lines for i, lines in wrong.items() if lines}
