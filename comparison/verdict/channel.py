@@ -16,7 +16,7 @@ from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from comparison.accuracy.levels import Thresholds
-from comparison.accuracy.uncertainty import so_far
+from comparison.accuracy.uncertainty import combined, so_far
 from comparison.metrics import Between, scaled
 from comparison.scene.schema import Compare, NotNegative, Positive, Real
 from comparison.tables.arguments import Options
@@ -108,6 +108,7 @@ def compare_channel(
     *,
     scene: Mapping[str, Any] | None,
     within: BoolArray | None = None,
+    before: BoolArray | None = None,
     criteria: Criteria = NO_CRITERIA,
     limits: Thresholds,
     window: float = 0.0,
@@ -124,7 +125,9 @@ def compare_channel(
 
     An uncertainty that is None makes both unused; then the scale is the range of ``a`` alone, which an
     outlier in ``b`` must not widen. ``within``, shape (n,), are the samples that may be judged at all: where
-    the position that this channel follows is predictable, and its value follows from samples.
+    the position that this channel follows is predictable, and its value follows from samples. ``before``,
+    shape (n,), are those that were outside a level before: of others that are now u is too small, and becomes
+    |a - b| / k.
 
     ``window`` is that of the uncertainty, s. The end of a scene's run is stated. Without a scene ``learnt``
     samples count from the first, and scales are ranges up to each sample: a longer run changes nothing that
@@ -132,6 +135,10 @@ def compare_channel(
     """
     time, a, b, u_a, u_b = samples
     known, tolerance = u_a is not None and u_b is not None, criteria.tolerance_of(channel.name)
+    if before is not None and u_a is not None and u_b is not None:
+        least = np.abs(a - b) / limits.k
+        small = ~before & (least > combined(u_a, u_b))
+        u_a, u_b = (np.where(small, np.maximum(u, least), u) for u in (u_a, u_b))
     scale = channel.scale_value(scene, float(np.ptp(np.concatenate([a, b]) if known else a)))
     count = settled(time, window) if known and learnt is not None else time.size
     result = ChannelComparison(

@@ -41,6 +41,7 @@ def compare(
     warnings: tuple[str, ...] = (),
     tier: str = "standard",
     ensembles: tuple[Sequence[Table], Sequence[Table]] = ((), ()),
+    coarser: SceneComparison | None = None,
 ) -> SceneComparison:
     """Compare two models' runs of a scene, or any two tables.
 
@@ -58,6 +59,8 @@ def compare(
         One of `comparison.accuracy.levels.TIERS`, whose thresholds apply.
     ensembles
         Additional runs of each model at its base's setting and times, see `comparison.verdict.confirmation`.
+    coarser
+        Comparison of runs a level before, at the same times: a difference counts where both show it.
 
     Raises
     ------
@@ -123,6 +126,7 @@ def compare(
                 ),
                 scene=None if scene is None else scene.data,
                 within=np.logical_and.reduce(masks) if masks else None,
+                before=None if coarser is None else coarser.channels[channel.name].outlying[::every],
                 criteria=criteria,
                 limits=limits,
                 window=WINDOW * cycle,

@@ -21,7 +21,7 @@ from comparison.tables.channels import expected, known_channels
 from comparison.tables.dialect import Source
 from comparison.tables.mapping import Mapping
 from comparison.tables.table import TableError
-from comparison.verdict.pair import Demand, Pair, PairKeys, Solver, Solvers, Start
+from comparison.verdict.pair import Demand, Pair, PairKeys, Programs, Solver, Solvers, Start
 from comparison.verdict.recorded import ProgramRuns
 from comparison.verdict.results import SceneComparison
 
@@ -62,7 +62,7 @@ class LinkagePair(Pair):
         on_progress(1.0)  # shares are reported where the runs are launched
         return results
 
-    def _read(self, families: Sequence[Sequence[Run]]) -> tuple[tuple[ProgramRuns, ...], tuple[str, ...]]:
+    def _read(self, families: Sequence[Sequence[Run]]) -> Programs:
         programs = []
         for family in families:
             sources = [source for run in family if isinstance(source := self._tables[run], Source)]
@@ -73,8 +73,8 @@ class LinkagePair(Pair):
         _check_assembly(programs, [side.label for side in self.sides])
         return tuple(programs), ()
 
-    def _compare(self, programs: Sequence[ProgramRuns], warnings: tuple[str, ...]) -> SceneComparison:
-        result = super()._compare(programs, warnings)
+    def _compare(self, read: Programs, coarser: SceneComparison | None = None) -> SceneComparison:
+        result = super()._compare(read, coarser)
         events = result.events if self.scene.loose else (None, None)
         return replace(result, description=self.scene.description, ran=self.scene, events=events)
 

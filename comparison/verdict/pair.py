@@ -2,9 +2,10 @@
 
 Each side runs at its setting, a level finer and a level coarser, and twice at the coarser from a start moved
 at random in all states; `comparison.verdict.recorded` judges these runs. Only a difference asks for more. It
-must outlast further levels, with fixed steps two: three steps that err alike, as of an impact that is found
-at the end of a step, are no rarity. Then ensembles confirm it, whose starts lie as far apart as the error of
-the run is worth there (`comparison.verdict.confirmation`), never less than the perturbed ones.
+must outlast further levels at the same samples, with fixed steps two: that three steps err alike at some, as
+of an impact that is found at the end of a step, is no rarity, and at which is chance. Then ensembles confirm
+it, whose starts lie as far apart as the error of the run is worth there (`comparison.verdict.confirmation`),
+never less than the perturbed ones.
 
 Without a stated order u is 3 times the distance of the levels: an order that is fitted to three runs is
 theirs by construction, and the least one, 1, is taken for what the coarser run is worth.
@@ -54,6 +55,9 @@ LEVELS = {"tolerance": 1, "step": 2}
 """Levels finer than the first judgement that a difference must outlast."""
 LEAST_SIZE = 1e-12
 """Least perturbation by default, as a share of a state's scale: less is rounded away."""
+
+Programs = tuple[tuple[ProgramRuns, ...], tuple[str, ...]]
+"""Runs of both sides, and warnings."""
 
 
 class Solver(Section):
@@ -282,20 +286,21 @@ class Pair:
     def judge(self) -> tuple[SceneComparison, tuple[ProgramRuns, ...]]:
         """Return the verdict, and the runs on which it rests; a `SolverError` if one of them fails."""
         level, doubt = 0, Doubt.ONE_STATE if len(self.keys.start.states) == 1 else None
-        programs, warnings = self._read(self._families(0))
-        result = self._compare(programs, warnings)
+        read = self._read(self._families(0))
+        result = self._compare(read)
         most = max(LEVELS[side.kind] for side in self.sides)
         while result.verdict == "differ" and level < most:
             try:
-                programs, warnings = self._read(self._families(level + 1))
+                read = self._read(self._families(level + 1))
             except SolverError:
                 doubt = Doubt.UNREFINED
                 break
             level += 1
-            result = replace(self._compare(programs, warnings), refined=level)
+            result = replace(self._compare(read, result), refined=level)
         if result.verdict == "differ" and self.keys.start.states:
-            programs, warnings = self._ensembles(result, level, programs)
-            result = replace(self._compare(programs, warnings), refined=level)
+            read = self._ensembles(result, level, read[0])
+            result = replace(self._compare(read, result), refined=level)
+        programs, _ = read
         alike = [n for n, own in enumerate(programs) if own.finer and own.finer.frame.equals(own.base.frame)]
         for n in alike:
             line = f"{self.sides[n].label}: runs at two settings are equal: is the setting used?"
@@ -310,13 +315,14 @@ class Pair:
             result = unconfirmed(result, doubt, result.confirmation.members)
         return result, programs
 
-    def _compare(self, programs: Sequence[ProgramRuns], warnings: tuple[str, ...]) -> SceneComparison:
+    def _compare(self, read: Programs, coarser: SceneComparison | None = None) -> SceneComparison:
         demand, window, channels = self.keys.demand, self.keys.window, self.mapping.compare
         period = None if window is None else window / WINDOW
         until = "any" if demand.until is None and demand.coverage is not None else demand.until
         labels = self.sides[0].label, self.sides[1].label
         criteria = Criteria(channels=channels, period=period, until=until)
-        result = compare_recorded(*programs, scene=None, labels=labels, warnings=warnings, criteria=criteria)
+        options: dict[str, Any] = {"labels": labels, "warnings": read[1], "coarser": coarser}
+        result = compare_recorded(*read[0], scene=None, criteria=criteria, **options)
         result = replace(result, name=self.name, title=self.keys.title)
         lacks = result.verdict == "agree" and result.coverage < (demand.coverage or 0.0)
         return replace(result, verdict="indeterminate") if lacks else result
@@ -345,9 +351,7 @@ class Pair:
         self._run(families)
         return families
 
-    def _ensembles(
-        self, result: SceneComparison, level: int, programs: Sequence[ProgramRuns]
-    ) -> tuple[tuple[ProgramRuns, ...], tuple[str, ...]]:
+    def _ensembles(self, result: SceneComparison, level: int, programs: Sequence[ProgramRuns]) -> Programs:
         """Return the runs with those of an ensemble of each side behind the perturbed ones."""
         families, shares = self._families(level), [np.empty(0)] * 2
         before = int(np.searchsorted(result.time, result.until))
@@ -424,7 +428,7 @@ class Pair:
             raise TableError(f"scale.{unknown[0]}: {unknown[0]!r} is not a channel of the tables")
         return tables, warnings
 
-    def _read(self, families: Sequence[Sequence[Run]]) -> tuple[tuple[ProgramRuns, ...], tuple[str, ...]]:
+    def _read(self, families: Sequence[Sequence[Run]]) -> Programs:
         """Return the tables of runs as channels, and warnings."""
         tables, warnings = self._read_tables(families)
         runs = [run for family in families for run in family]

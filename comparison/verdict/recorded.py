@@ -235,11 +235,12 @@ def compare_recorded(
     labels: tuple[str, str],
     warnings: tuple[str, ...] = (),
     criteria: Criteria = NO_CRITERIA,
+    coarser: SceneComparison | None = None,
 ) -> SceneComparison:
     """Compare two programs by their runs, and confirm a difference by their ensembles.
 
-    With a finer run they are judged by their uncertainty, without by the criteria; errors are those
-    of `comparison.verdict.compare.compare`.
+    With a finer run they are judged by their uncertainty, without by the criteria; errors, and ``coarser``,
+    are those of `comparison.verdict.compare.compare`.
     """
     for label, program in zip(labels, (a, b), strict=True):
         if program.finer is None and (program.coarser is not None or program.perturbed):
@@ -255,7 +256,8 @@ def compare_recorded(
         for label, program in zip(labels, (a, b), strict=True):
             warnings += _assumptions(label, program)
     runs = a.runs, b.runs
-    judge = partial(compare_runs, *runs, scene=scene, criteria=criteria, labels=labels, warnings=warnings)
+    options: dict[str, Any] = {"labels": labels, "warnings": warnings, "coarser": coarser}
+    judge = partial(compare_runs, *runs, scene=scene, criteria=criteria, **options)
     result = judge()
     if a.finer is None or result.verdict != "differ":
         return result

@@ -177,9 +177,14 @@ class ChannelComparison:
         return self.predictable & self.nonzero
 
     @property
+    def outlying(self) -> BoolArray:
+        """Samples outside their threshold, judged or not."""
+        return np.asarray(self.size > (inf if self.threshold is None else self.threshold))
+
+    @property
     def beyond(self) -> BoolArray:
         """Judged samples outside their threshold."""
-        return self.judged & (self.size > (inf if self.threshold is None else self.threshold))
+        return self.judged & self.outlying
 
     @property
     def deciding(self) -> tuple[BoolArray, Array]:

@@ -84,6 +84,24 @@ def test_another_restitution_of_such_a_ball_is_a_difference():
     assert result.confirmation.since == pytest.approx(np.sqrt(2 / 9.81), abs=0.02)
 
 
+@pytest.mark.parametrize(("last", "verdict"), [(3e-10, "agree"), (0.0, "differ")])
+def test_a_difference_must_outlast_a_finer_level_at_the_same_samples(last, verdict):
+    """Three runs err alike by chance from 2 s on, and a level finer other three do from 6 s on."""
+
+    def exact(tolerance, _):
+        t = np.linspace(0, 10, 1001)
+        return pd.DataFrame({"time": t, "y": np.sin(9 * t) + tolerance * np.cos(5 * t)})
+
+    def unlucky(tolerance, offsets):
+        run = exact(tolerance, offsets)
+        early, late = run["time"].between(2, 3), run["time"].between(6, 7)
+        # Coarser ones err by more from 6 s on: by the distance of the levels they explain that.
+        return run.assign(y=run["y"] + 1e-3 * early * (tolerance > last) + late * max(1e-3, 5e4 * tolerance))
+
+    result = sixbar.judge(exact, unlucky, tolerance=1e-8)
+    assert (result.verdict, result.refined) == (verdict, 1)
+
+
 def test_an_order_counts_only_where_it_is_stated():
     """An order that is fitted to the three runs that it judges is theirs by construction."""
     base, distance = np.zeros(50), 1e-6
