@@ -15,7 +15,7 @@ STUDIES = {
     "verdicts": "Verdicts of both models on every shipped scene, at two tiers.",
     "paper": "The paper: its numbers and statements against both models, and parts on what they need; hours.",
     "trust": "The verdict under test: false alarms on random scenes, seeded faults; hours.",
-    "truth": "The uncertainties under test: both models against a trajectory in 34 digits; half an hour.",
+    "truth": "The uncertainties under test: both models against a trajectory in 34 digits; an hour.",
     "foreign": "The verdict on pairs of solvers of other systems, against truth in 34 digits; ten minutes.",
     "tradeoff": "Speed against accuracy of every formulation and integrator; 6 to 15 minutes.",
     "extremes": "Both models at extreme parameters: verdicts, failures, messages; two hours on two cores.",
