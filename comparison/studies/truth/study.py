@@ -304,12 +304,15 @@ def page(results: Results) -> dict[str, object]:
     groups = dict(list(results.rows.groupby("kind", sort=False)))
     every, samples = groups.pop("intervals"), groups.pop("samples")
     lost = samples[(samples["name"] == CHANNEL) & samples["until"].notna()]
+    run, outside = ["scene", "model", "tier"], results.intervals[results.intervals["largest"] > LIMIT]
+    worst = outside.loc[outside.groupby(run, sort=False)["largest"].idxmax()]
+    counts = outside.groupby(run).agg(outside=("largest", "size"), most=("part", "max"))
     return {
         "scenes": {origin: list(own.unique()) for origin, own in every.groupby("origin")["scene"]},
         "total": {line["origin"]: line for line in counted(every, ["origin"])},
         "samples": samples,
         "median": {tier: number(own["width"].median(), 2) for tier, own in every.groupby("tier")},
-        "missed": results.intervals[results.intervals["largest"] > LIMIT].to_dict("records"),
+        "missed": worst.merge(counts, on=run).to_dict("records"),
         "overview": rows_table(counted(every, ["origin", "model", "tier"])),
         "channels": rows_table(counted(samples, ["name", "tier"])),
         "others": rows_table(counted(pd.concat(groups.values()), ["kind", "model", "tier"])),

@@ -125,7 +125,7 @@ def test_the_page_lists_what_is_outside_and_which_run_is_lost(tmp_path):
     for part in (
         "**In 2 of 200 intervals between touches of 1 shipped scenes (at most 3.1\u00a0% at 95 %)",
         "and 0 of 400 of 2 random ones (at most",
-        "slider_x, 1.7 u between 0.125 and 0.25 s; errors up to 3.1 % of what is judged.",
+        "tight: 1; slider_x, 1.7 u between 0.125 and 0.25 s; errors up to 3.1 % of what is judged.",
         "- scene 0, exudyn, tight: from 0.25 s on.",
         "- a: stopped.",
         "7 of 50 predictable samples err",

@@ -1,5 +1,6 @@
 """Runs whose errors are known, and two models that play errors back."""
 
+import fake_model
 import pytest
 from fake_ensemble import COARSE, MODELS, Fake
 
@@ -28,7 +29,7 @@ def small():
 
 
 @pytest.fixture
-def fake(fake_model, small):
+def fake(small):
     def make(draw, of=small, **options):
         return Fake(fake_model.signals, of, draw, **options)
 
