@@ -66,7 +66,8 @@ class Results(NamedTuple):
     """Rows of all scenes, with ``scene``, ``origin``, ``tier``, ``model``; why a scene has none."""
 
     rows: pd.DataFrame  # as `summary` returns them
-    intervals: pd.DataFrame  # ``start``, ``end`` (s), ``largest`` error over u, ``name``, ``part``: see there
+    intervals: pd.DataFrame
+    """As `sample_rows` returns them, with ``until`` of the comparison, s."""
     failed: list[str]  # scene and message
 
 
@@ -129,7 +130,7 @@ def measure_scene(task: AgainstTruth, progress: Progress) -> Row:
                 own.append(summary("reliability", name, np.abs([one.minimum]), np.array([one.numerical])))
             labels = {"scene": scene.name, "origin": task.origin, "tier": tier, "model": model}
             rows += [labels | row for row in own]
-            intervals += [labels | row for row in of_intervals]
+            intervals += [labels | {"until": comparison.until} | row for row in of_intervals]
     if task.origin == "shipped":  # for which alone the names of settings state a bound
         labels = {"scene": scene.name, "origin": task.origin, "tier": ""}
         rows += [labels | row for row in setting_rows(scene, true)]
@@ -310,6 +311,7 @@ def page(results: Results) -> dict[str, object]:
     return {
         "scenes": {origin: list(own.unique()) for origin, own in every.groupby("origin")["scene"]},
         "total": {line["origin"]: line for line in counted(every, ["origin"])},
+        "parts": by_until(results.intervals),
         "samples": samples,
         "median": {tier: number(own["width"].median(), 2) for tier, own in every.groupby("tier")},
         "missed": worst.merge(counts, on=run).to_dict("records"),
@@ -320,6 +322,18 @@ def page(results: Results) -> dict[str, object]:
         "failed": results.failed,
         "machine": machine_and_versions(),
     }
+
+
+def by_until(intervals: pd.DataFrame) -> dict[str, dict[str, str]]:
+    """Return how many intervals are outside, up to `until` and after it, of shipped and of random scenes."""
+    before, outside = intervals["end"] <= intervals["until"], intervals["largest"] > LIMIT
+    parts = {}
+    for name, part in (("before", before), ("after", ~before)):
+        own = {origin: part & (intervals["origin"] == origin) for origin in ("shipped", "random")}
+        counts = {origin: (int(outside[each].sum()), int(each.sum())) for origin, each in own.items()}
+        parts[name] = {origin: f"{count} of {of}" for origin, (count, of) in counts.items()}
+        parts[name]["limit"] = share(upper_limit(*counts["random"]))
+    return parts
 
 
 def draw(results: Results, folder: Path) -> None:
