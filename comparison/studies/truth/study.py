@@ -346,7 +346,8 @@ def draw(results: Results, folder: Path) -> None:
         ("intervals", curves, "largest", "share", ("-", "--"), "largest error over u in an interval"),
         ("widths", every, "width", "scene", ("o", "s"), "median of u over error"),
     ):
-        with svg.panels(folder / f"{name}.svg") as (axes,):
+        height = 3.0 if name == "intervals" else 1.4 + 0.22 * every["scene"].nunique()
+        with svg.panels(folder / f"{name}.svg", height=height) as (axes,):
             for (model, tier), own in frame.groupby(["model", "tier"]):
                 (line,) = axes.plot(own[x], own[y], marks[TIERS.index(str(tier))], label=f"{model}, {tier}")
                 line.set_color(_COLOURS[str(model)])
