@@ -8,9 +8,10 @@ import pandas as pd
 import pytest
 
 from comparison.accuracy.levels import NAMES
+from comparison.execution.tasks import measure_all, on_processes
 from comparison.studies import tradeoff as study
 from comparison.studies.shared.scenes import MINIMAL, MINIMAL_SCIPY, MULTIPLIERS
-from comparison.studies.tradeoff import SWEEPS, cost_at, front
+from comparison.studies.tradeoff import SWEEPS, cost_at, front, measure
 
 SCENE = "300rpm-0.2mm"
 
@@ -76,10 +77,11 @@ def test_a_bound_is_three_times_the_largest_error_and_no_less_than_that_of_a_fin
 @pytest.mark.usefixtures("own_cache")
 def test_a_measured_run_has_its_error_against_the_exact_one():
     scene = study.first_cycle(SCENE).variant({"drive.cycles": 1.0, "output.groups": []})
-    coarse, fine = (
-        study.measure(study.Timed(SCENE, 0, "reference", "minimal", each), lambda _: None)
-        for each in (scene.variant({"solver.reference.tolerance": value}) for value in (1e-6, 1e-9))
-    )
+    tasks = [
+        study.Timed(SCENE, 0, "reference", "minimal", scene.variant({"solver.reference.tolerance": value}))
+        for value in (1e-6, 1e-9)
+    ]
+    coarse, fine = measure_all(measure, tasks, on_processes(1))
     # A thousandth of the tolerance; single runs scatter around their line by a factor of up to 10 either way.
     assert 0 < fine["error"] < 1e-1 * coarse["error"]
     assert coarse["evaluations"] < fine["evaluations"]
