@@ -142,7 +142,7 @@ def test_a_scene_that_fails_leaves_the_others_compared_and_reported(does, report
 
 
 def test_each_command_of_a_report_repeats_the_changed_scene(sixbar):
-    """Which is told by its name, and so by its folder, from the one in the file."""
+    """Its name, and so its folder, differs from that of the file."""
     sixbar.press("my scenes/own", beta='does = "differ"')
     own = ["my scenes/own.toml", "--set", "drive.speed_rpm=140", "--set", "drive.cycles=0.5"]
     options = ["--quick", "--models", "alpha,beta"]

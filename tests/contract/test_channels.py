@@ -1,4 +1,4 @@
-"""What a result holds: the channels asked for, at exact multiples of the sample interval, and extrema."""
+"""Results have the requested channels, at exact multiples of the sample interval, and extrema."""
 
 from itertools import pairwise
 

@@ -112,7 +112,7 @@ def test_random_linkages_make_no_silent_error(kind, model):
 
 # ------------------------------------------------------------------ with clearances
 
-# What the program knows of an event, and to which share: it sees peaks at the ends of its steps' parts.
+# Relative errors of the program's events: it sees peaks at the ends of its steps' parts.
 EVENTS = {"start": 1e-7, "end": 1e-7, "normal_speed": 1e-7, "impulse": 1e-7, "peak_force": 1e-3,
           "largest_depth": 1e-3}  # fmt: skip
 

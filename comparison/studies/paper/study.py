@@ -196,7 +196,8 @@ def _counts(judged: pd.DataFrame, entries: pd.DataFrame) -> dict[str, Any]:
     ends = judged[["low_without", "high_without"]].div(judged["id"].map(entries["printed_size"]), axis=0)
     brink = list(judged["id"][((ends - 1.0).abs().min(axis=1) < BRINK) & ~judged["without"]])
     random: dict[str, dict[float, str]] = {}
-    for key, end in (("held", ""), ("without", "_without")):
+    counts["near"] = counts["without"] + len(brink)
+    for key, end in (("held", ""), ("without", "_without"), ("near", "_without")):
         rows = judged[[f"low{end}", "middle", f"high{end}", "u_input"]].to_numpy(np.float64)
         known = [ledger.Interval(*each) for each in rows if each[1] > 0]
         of = events[judged["middle"] > 0]
@@ -204,8 +205,6 @@ def _counts(judged: pd.DataFrame, entries: pd.DataFrame) -> dict[str, Any]:
             spans = pd.Series([each.powers(factor) for each in known], of.index).groupby(of).agg(list)
             random.setdefault(key, {})[factor] = number(sum(each.chance(factor) for each in known), 2)
             random.setdefault(f"{key}_likely", {})[factor] = share(ledger.at_least(counts[key], spans))
-            more = ledger.at_least(counts[key] + len(brink), spans)
-            random.setdefault(f"{key}_brink", {})[factor] = share(more)
     expected = {f"{key}_expected": number(judged[f"{key}_chance"].sum(), 2) for key in ("form", "likely")}
     return {**counts, "random": random, "brink": brink, **expected}
 

@@ -310,7 +310,6 @@ def page(results: Results) -> dict[str, object]:
     counts = outside.groupby(run).agg(outside=("largest", "size"), most=("part", "max"))
     return {
         "scenes": {origin: list(own.unique()) for origin, own in every.groupby("origin")["scene"]},
-        "total": {line["origin"]: line for line in counted(every, ["origin"])},
         "parts": by_until(results.intervals),
         "samples": samples,
         "median": {tier: number(own["width"].median(), 2) for tier, own in every.groupby("tier")},

@@ -89,7 +89,7 @@ def test_what_an_ensemble_does_not_exclude_its_uncertainty_explains(members, sid
     [
         ([("lr", 1, 5), ("ur", 5, 6)], [3, 5, 0, 0]),  # touching ends: never both
         ([("ll", 1, 6), ("ul", 2, 5), ("ur", 4, 7)], [2, 2, 2, 2]),  # three corners touch both walls
-        # What is outside the run does not count, nor what is no corner.
+        # Contacts outside the run do not count, nor those at no corner.
         ([("ll", -1, 1), ("ur", 7, 9), ("pin", 1, 4)], [6, 2, 0, 0]),
     ],
 )
@@ -137,7 +137,7 @@ def test_the_first_contact_that_parts_two_groups_is_named():
     parting = parted(without, with_contact)
     assert (parting.corner, parting.having, parting.sizes) == ("ul", (0, 5), (20, 5))
     assert parting.start == pytest.approx(0.05)
-    # What comes later is a consequence; and a contact that half of both have parts nothing.
+    # Later contacts follow from the first different one; a contact of half the runs of both parts nothing.
     assert parted(without, with_contact, 0.04) is None
     mixed = [run(("ul", 0.05)) if n % 2 else run() for n in range(10)]
     assert parted(mixed, mixed[::-1]) is None

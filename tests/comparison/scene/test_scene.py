@@ -63,7 +63,6 @@ def test_the_hash_sees_numbers_and_not_texts():
     assert scene_from_mapping(scene.data).hash == scene.hash
 
 
-PAPER = "150rpm-0.2mm"
 SLIDER, GUIDE, BOTH = (f"contact.youngs_modulus{partner}" for partner in (".slider", ".guide", ""))
 
 
@@ -102,7 +101,7 @@ def test_what_is_changed_is_in_the_title_and_nothing_false_is_said():
     assert changed.title == (
         "150rpm-0.2mm with clearance.slider = 0.4 mm, contact.youngs_modulus = 69 GPa, joints.slider = ideal"
     )
-    # What is there already is no change, nor is what is changed back.
+    # A value that the scene has already is no change, nor is one that is changed back.
     same = load_scene(PAPER, {"clearance.slider": 2e-4, "drive.speed_rpm": 150, "drive": {"cycles": 2}})
     back = changed.with_values({"clearance": {"slider": 2e-4}, BOTH: 210e9})
     for scene in (same, back.with_values({"joints.slider": "clearance"})):

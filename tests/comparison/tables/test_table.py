@@ -1,4 +1,4 @@
-"""What cannot be meant is refused in one line; tables come back bit for bit; what measures a difference."""
+"""Ambiguous tables are refused in one line; tables are read to the bit; differences are measured."""
 
 from dataclasses import replace
 from itertools import pairwise
