@@ -313,11 +313,15 @@ def _decimal_sign(rows: Iterable[Sequence[str]], separator: str, dialect: Dialec
 def _heading(above: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple[Heading, list[str]]:
     """Return names and units from the lines above the first row, none if they name no columns; and notes.
 
-    The names are in the last line that names the time, which may be a comment. Below the lines that a mapping
-    skips they follow at once. Without them, or above names that a mapping states, all lines are comments.
+    The names are in the last line that names the time, which may be a comment, else in the line above the
+    rows if its separators part single words. Below the lines that a mapping skips they follow at once.
+    Without them, or above names that a mapping states, all lines are comments.
     """
     names_in = [layout.words(line.text) for line in above]
     likely = [n for n, names in enumerate(names_in) if time_place(names) is not None]
+    lowest = names_in[-1] if names_in and layout.separator != _SPACES else []
+    if not likely and lowest and all(name[:1].isalpha() and " " not in name for name in lowest):
+        likely = [len(above) - 1]
     if dialect.skip is not None:
         likely = [n for n, names in enumerate(names_in) if names][:1]
     if dialect.names is not None or not likely:

@@ -72,11 +72,13 @@ def _on_one_grid(sources: Sequence[Source]) -> tuple[list[Guess], list[list[Colu
     own: list[Column] = []
     in_units: list[list[str]] = []
     for source, each in zip(sources, columns, strict=True):
-        for time in [column for column in each if column.name == source.time_name and _varies(column)][:1]:
+        named = [column for column in each if column.name == source.time_name and _varies(column)]
+        increasing = [column for column in each if (np.diff(column.numbers) > 0.0).all()]
+        for time in (named or increasing)[:1]:
             own.append(time)
             in_units.append(["s"] if source.beside.provenance else _units(time, "s"))
     if len(own) < 2 or not all(in_units):
-        return [], []
+        return [], [[], []]
     options = product(*in_units)
     # The units in which both last equally long.
     ratio = float(np.ptp(own[0].numbers) / np.ptp(own[1].numbers))

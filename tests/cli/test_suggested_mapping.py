@@ -90,6 +90,17 @@ def test_two_tables_without_units_are_compared_as_numbers(names, sixbar):
     assert [*channels] == names.split()[0].split(",")[1:]
 
 
+@pytest.mark.parametrize(("name", "increases"), [("t_ms", True), ("mark", False)])
+def test_a_time_of_another_name_is_the_first_column_that_increases(sixbar, name, increases):
+    """Without one nothing is assigned."""
+    rows = "".join(f"{k if increases else k % 2},{k % 7}\n" for k in range(50))
+    for table in "ab":
+        sixbar.write(f"{table}.csv", f"{name},x\n{rows}")
+    sixbar("compare", "--suggest-mapping", "a.csv", "b.csv")
+    written = tomllib.loads(sixbar.text("b.mapping.toml"))
+    assert (written["a"][name]["channel"] == "time") if increases else "a" not in written
+
+
 def test_a_table_whose_dialect_is_stated_is_suggested_with_it(sixbar):
     rows = "".join(f"{n};{n % 7 + 1}.500\n" for n in range(50))
     sixbar.write("b.csv", "time;q\n" + rows)

@@ -64,14 +64,14 @@ def test_a_column_of_text_in_parquet():
 ROWS = "0,1,5\n1,2,6\n"
 NAMED = 'names = ["time", "p", "q"]'
 CLOCK = 'skip = 1\nnames = ["time", "x", "flag"]\n[columns.x]\nchannel = "x"\n[channels.x]'
-ZEIT = 'skip = 0\n[columns.Zeit]\nchannel = "time"\nunit = "s"\n[columns.x]\nchannel = "x"\n[channels.x]'
+ZEIT = '\n[columns.Zeit]\nchannel = "time"\nunit = "s"\n[columns.x]\nchannel = "x"\n[channels.x]'
 
 
 @pytest.mark.parametrize(
     ("content", "words", "keys", "names", "values"),
     [
         ("time,load (left),load (right)\n" + ROWS, "column 'load' occurs twice", NAMED, "p q", [1, 2]),
-        ("Zeit;x;F\n0;1;5\n1;2;6\n", f"line 1 {TITLE}", ZEIT, "x", [1, 2]),
+        ("Zeit;x;F\n0;1;5\n1;2;6\n", "channel time is missing; columns: F, Zeit, x", ZEIT, "x", [1, 2]),
         ("time|x|F\n0|1|5\n1|2|6\n", "contains no row of two or more", 'separator = "|"', "x F", [1, 2]),
         ("2024 11 28\n12 30 45\ntime x F\n0 1 5\n1 2 6\n", "number in line 3", "skip = 2", "x F", [1, 2]),
         ("clock;x;flag\n0;1;no\n1;2;yes\n", "contains no row", CLOCK, "x", [1, 2]),
