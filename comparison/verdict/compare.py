@@ -89,9 +89,9 @@ def compare(
     warnings += tuple(f"{label}: {line}" for label, runs in labelled for line in contact_warnings(runs.base))
     if aligned.interpolated and a.finer is not None and b.finer is not None:
         raise TableError(
-            f"{labels[0]} and {labels[1]}: with uncertainties both must have the same times, to a billionth of "
-            "the interval: write both with one output step and 15 digits; or give --tolerance without further "
-            "runs: it interpolates"
+            f"{labels[0]} and {labels[1]}: with uncertainties both must have the same times, to a billionth "
+            "of the interval: write both with one output step and 15 digits; or give --tolerance, which "
+            "interpolates, without further runs"
         )
     limits = thresholds(tier)
     period = criteria.period if scene is None else scene.period

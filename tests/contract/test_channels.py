@@ -64,7 +64,7 @@ def test_extrema_enclose_all_samples_and_lie_within_the_run(short):
 
 
 def test_a_turning_point_inside_a_step_is_an_extremum(run, variant):
-    """The slider turns at the top, 2.449 ms from the start, in a flight with steps of five bodies of 0.1 ms."""
+    """The slider turns at the top, 2.449 ms from the start, in a flight where five bodies step 0.1 ms."""
     flight = {"mechanism.crank_angle_deg": 113.5, "drive.speed_rpm": -150.0, "drive.cycles": 0.02}
     own, other = (
         run(name, "150rpm-0.2mm", flight | {"solver.exudyn.step": 2e-5}).result.extrema["slider_y"]
