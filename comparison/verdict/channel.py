@@ -88,6 +88,9 @@ def check_gate(gate: Mapping[str, float]) -> None:
 
 # ---- the verdict
 
+# Measured against a truth, on random scenes: of 3910 intervals between touches 139 had an error above 1.41 u,
+# all but 2 after `until`; with four times u there 40, with ten 6, for 4 and 7 % of the predictable samples.
+REGAINED = 10.0
 NO_CRITERIA = Criteria()
 """Criteria of runs with uncertainties."""
 
@@ -129,6 +132,9 @@ def compare_channel(
     shape (n,), are those that were outside a level before: of others that are now u is too small, and becomes
     |a - b| / k.
 
+    After `until` the uncertainties count `REGAINED` times: runs that have parted and come together again, all
+    by the same last contacts, are nearer to one another than to the truth.
+
     ``window`` is that of the uncertainty, s. The end of a scene's run is stated. Without a scene ``learnt``
     samples count from the first, and scales are ranges up to each sample: a longer run changes nothing that
     was said.
@@ -141,6 +147,7 @@ def compare_channel(
         u_a, u_b = (np.where(small, np.maximum(u, least), u) for u in (u_a, u_b))
     scale = channel.scale_value(scene, float(np.ptp(np.concatenate([a, b]) if known else a)))
     count = settled(time, window) if known and learnt is not None else time.size
+    largest = so_far(combined(u_a, u_b), learnt) if u_a is not None and u_b is not None else None
     result = ChannelComparison(
         definition=channel,
         scale=scale,
@@ -161,16 +168,19 @@ def compare_channel(
         scales = np.broadcast_to(channel.scale_value(scene, extent), time.shape)
         predictable = result.predictable & limits.predictable(result.u, scales) & (scales > 0.0)
         end, isolated = until(time, predictable[:count], window)
-        result = replace(result, predictable=predictable, until=end, isolated=isolated)
+        factor = np.where(time > end, REGAINED, 1.0)
+        predictable &= limits.predictable(factor * result.u, scales)
+        u_a, u_b = (None if u is None else factor * u for u in (u_a, u_b))
+        result = replace(result, u_a=u_a, u_b=u_b, predictable=predictable, until=end, isolated=isolated)
     result = replace(result, **_by_samples(result, count, demanded=learnt is None))
     # Not where a position must be known first: a force whose contact all runs of a model miss has u = 0.
-    if result.u is None or channel.follows is not None or result.verdict == "unexcited":
+    if largest is None or channel.follows is not None or result.verdict == "unexcited":
         return result
     if learnt is None:
         open_ = np.arange(1, time.size + 1) == time.size * (result.verdict == "indeterminate")
     else:
         open_ = (np.arange(time.size) < count) & ~enough(result.predictable, result.nonzero, limits)
-    return replace(result, **_by_largest_uncertainty(result, limits.k * so_far(result.u, learnt), open_))
+    return replace(result, **_by_largest_uncertainty(result, limits.k * largest, open_))
 
 
 def _by_samples(channel: ChannelComparison, settled: int, *, demanded: bool) -> dict[str, Any]:

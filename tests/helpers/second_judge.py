@@ -48,8 +48,11 @@ def scale_of(name, scene, low, high):
     }[rules(name)["scale"]]
 
 
-def uncertainty(runs, name, period, factor, order):
-    """u(t) of one model from its five runs (frames by name), as docs and the module's formula say."""
+def uncertainty(runs, name, period, factor, order, late=1.0):
+    """u(t) of one model from its five runs (frames by name), as docs and the module's formula say.
+
+    ``late`` is ten where u of its gap counts so many times.
+    """
     time, at = runs["base"]["time"].to_numpy(), {kind: of[name].to_numpy() for kind, of in runs.items()}
     s, step = at["base"], (time[-1] - time[0]) / (time.size - 1)
     reach = 1
@@ -83,16 +86,34 @@ def uncertainty(runs, name, period, factor, order):
     u = np.maximum(u, max(round_off, 1e-11 * (time[-1] - time[0]) * steepest))
     gap = rules(name).get("follows", "")
     if gap.endswith("gap") and gap in runs["base"]:
-        near = np.abs(runs["base"][gap].to_numpy()) <= uncertainty(runs, gap, period, factor, order)
+        near = np.abs(runs["base"][gap].to_numpy()) <= late * uncertainty(runs, gap, period, factor, order)
         for i in np.flatnonzero(near & (s == 0)):  # it may touch
             u[i] = max(u[i], np.abs(s).max())
     return u
 
 
-def judge_channel(name, time, a, b, scale, threshold, share, predictable=None, coverage=0.0):
+def parted(time, known, window):
+    """When a channel ceases to be predictable for more than a window, less what that adds at either end."""
+    if not known.any():
+        return time[0]
+    since = None
+    for i in range(int(known.argmax()), time.size):
+        if known[i]:
+            since = None
+        elif since is None:
+            since = i
+        if since is not None and (i + 1 == time.size or known[i + 1]):
+            inner = [time[k] for k in range(since, i + 1) if time[k] - time[since] >= 0.999999 * window]
+            inner = [t for t in inner if time[i] - t >= 0.999999 * window]
+            if inner and inner[-1] - inner[0] > window:
+                return time[since]
+    return time[-1]
+
+
+def judge_channel(name, time, a, b, scale, threshold, share, predictable=None, coverage=0.0, largest=0.0):
     """One channel's numbers and verdict: differences against thresholds, where it is predictable.
 
-    By a tolerance all samples are, and there is no ``predictable``.
+    By a tolerance all samples are, and there is no ``predictable``. ``largest`` is the largest 2 u.
     """
     by_tolerance, happens, e = predictable is None, (a != 0) | (b != 0), a - b
     predictable = np.full(time.size, True) if by_tolerance else predictable
@@ -112,10 +133,10 @@ def judge_channel(name, time, a, b, scale, threshold, share, predictable=None, c
     allowed = math.nan if worst is None else threshold[worst]
     if not by_tolerance and verdict == "indeterminate" and "follows" not in rules(name) and happens.any():
         # Even the largest u of all times explains too few.
-        beyond = (np.abs(e[happens]) > threshold.max()).sum()
+        beyond = (np.abs(e[happens]) > largest).sum()
         if 1 - beyond / happens.sum() < SHARE:
             verdict, explained, outside = "differ", math.nan, beyond
-            worst, allowed = int(np.abs(e).argmax()), threshold.max()
+            worst, allowed = int(np.abs(e).argmax()), largest
     return SimpleNamespace(
         verdict=verdict,
         predictable=predictable,
@@ -142,16 +163,24 @@ def judge(runs_a, runs_b, scene, tier, levels):
     names = [name for name in base_a if name != "time"]
     for name in sorted(names, key=lambda name: "follows" in rules(name)):
         a, b = base_a[name].to_numpy(), base_b[name].to_numpy()
+        position = judged.get(rules(name).get("follows"))
+        late = 1.0 if position is None else position.late
         each = (
-            uncertainty(runs, name, period, *of) for runs, of in zip((runs_a, runs_b), levels, strict=True)
+            uncertainty(runs, name, period, *of, late)
+            for runs, of in zip((runs_a, runs_b), levels, strict=True)
         )
         u = np.sqrt(sum(own**2 for own in each))
         scale = scale_of(name, scene, min(a.min(), b.min()), max(a.max(), b.max()))
         known = u <= ALPHA[tier] * scale
-        if (before := rules(name).get("follows")) in judged:
-            known &= judged[before].predictable
-        time = base_a["time"].to_numpy()
-        judged[name] = judge_channel(name, time, a, b, scale, K * u, SHARE, known, COVERAGE[tier])
+        if position is not None:
+            known &= position.predictable
+        time, largest = base_a["time"].to_numpy(), K * u.max()
+        late = np.where(time > parted(time, known, period / 100), 10.0, 1.0)
+        u *= late
+        known &= u <= ALPHA[tier] * scale
+        own = (scale, K * u, SHARE, known, COVERAGE[tier], largest)
+        judged[name] = judge_channel(name, time, a, b, *own)
+        judged[name].late = late
     excited = [channel for channel in judged.values() if channel.verdict != "unexcited"]
     covered = [0.0 if math.isnan(of.explained) else of.coverage for of in excited]
     coverage = sum(covered) / len(covered) if covered else math.nan

@@ -192,11 +192,12 @@ def _counts(judged: pd.DataFrame, entries: pd.DataFrame) -> dict[str, Any]:
     inside, counts = judged["size"].isin([Size.INSIDE, Size.WIDE]), {"of": len(judged)}
     counts |= {str(size): int((judged["size"] == size).sum()) for size in Size}
     counts |= {"held": int(inside.sum())} | {key: int(judged[key].sum()) for key in ("without", "likely")}
+    signs = judged["id"].map(entries["printed"].astype(float) * entries[MODELS[0]])
+    other_sign = list(judged["id"][judged["without"] & (signs < 0)])
     counts |= {"certain": int((inside & (judged["chance"] == 1.0)).sum())}
     ends = judged[["low_without", "high_without"]].div(judged["id"].map(entries["printed_size"]), axis=0)
     brink = list(judged["id"][((ends - 1.0).abs().min(axis=1) < BRINK) & ~judged["without"]])
-    random: dict[str, dict[float, str]] = {}
-    counts["near"] = counts["without"] + len(brink)
+    random, counts["near"] = dict[str, dict[float, str]](), counts["without"] + len(brink)
     for key, end in (("held", ""), ("without", "_without"), ("near", "_without")):
         rows = judged[[f"low{end}", "middle", f"high{end}", "u_input"]].to_numpy(np.float64)
         known = [ledger.Interval(*each) for each in rows if each[1] > 0]
@@ -206,7 +207,7 @@ def _counts(judged: pd.DataFrame, entries: pd.DataFrame) -> dict[str, Any]:
             random.setdefault(key, {})[factor] = number(sum(each.chance(factor) for each in known), 2)
             random.setdefault(f"{key}_likely", {})[factor] = share(ledger.at_least(counts[key], spans))
     expected = {f"{key}_expected": number(judged[f"{key}_chance"].sum(), 2) for key in ("form", "likely")}
-    return {**counts, "random": random, "brink": brink, **expected}
+    return {**counts, "random": random, "brink": brink, "other_sign": other_sign, **expected}
 
 
 def _size(value: float, entry: Entry, digits: int = 3) -> str:

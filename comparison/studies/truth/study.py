@@ -49,13 +49,15 @@ TRUTH = "truth"
 """Model of examples/truth_engine."""
 LIMIT = sqrt(2)
 SEED = 29112026  # of the random scenes; fixed before any of them was run
+ORIGINS = ("shipped", "random", "fresh")
+MENDED = 20  # random scenes by which a rule of u was mended; later ones are fresh
 DRAWS = 10_000  # of scenes, for the bootstrap
 _COLOURS = {"reference": svg.FIRST, "exudyn": svg.SECOND}
 
 
 @dataclass(frozen=True)
 class AgainstTruth(Task):
-    """A scene to be run by the truth engine, and by both models at both tiers; "shipped" or "random"."""
+    """A scene to be run by the truth engine, and by both models at both tiers; its origin in `Results`."""
 
     scene: Scene
     origin: str
@@ -67,7 +69,7 @@ class Results(NamedTuple):
 
     rows: pd.DataFrame  # as `summary` returns them
     intervals: pd.DataFrame
-    """As `sample_rows` returns them, with ``until`` of the comparison, s."""
+    """As `sample_rows` returns them."""
     failed: list[str]  # scene and message
 
 
@@ -78,8 +80,9 @@ def measure(extent: tuple[Sequence[str], int], n_jobs: int, on_progress: Progres
     """
     find(TRUTH)
     names, randoms = extent
-    shipped, drawn = covered(map(load_scene, names), "shipped"), covered(random_scenes(), "random")
-    tasks = [*shipped, *islice(drawn, randoms)]
+    tasks = [AgainstTruth(scene, "shipped") for scene in covered(map(load_scene, names))]
+    drawn = enumerate(islice(covered(random_scenes()), randoms))
+    tasks += [AgainstTruth(scene, "random" if n < MENDED else "fresh") for n, scene in drawn]
     measured = measure_all(measure_scene, tasks, on_processes(n_jobs), on_progress)
     done = [row for row in measured if row["status"] == SUCCESS]
     rows, intervals = (pd.DataFrame([*chain(*(row[name] for row in done))]) for name in Results._fields[:2])
@@ -95,12 +98,12 @@ def random_scenes() -> Iterator[Scene]:
         yield random_scene(2 * each, SEED).with_values(own)
 
 
-def covered(scenes: Iterable[Scene], origin: str) -> Iterator[AgainstTruth]:
+def covered(scenes: Iterable[Scene]) -> Iterator[Scene]:
     """Yield the scenes that the truth engine does not refuse."""
     for scene in scenes:
         with suppress(SceneError):
             check_forces(scene, TRUTH)
-            yield AgainstTruth(scene, origin)
+            yield scene
 
 
 def measure_scene(task: AgainstTruth, progress: Progress) -> Row:
@@ -130,7 +133,7 @@ def measure_scene(task: AgainstTruth, progress: Progress) -> Row:
                 own.append(summary("reliability", name, np.abs([one.minimum]), np.array([one.numerical])))
             labels = {"scene": scene.name, "origin": task.origin, "tier": tier, "model": model}
             rows += [labels | row for row in own]
-            intervals += [labels | {"until": comparison.until} | row for row in of_intervals]
+            intervals += [labels | row for row in of_intervals]
     if task.origin == "shipped":  # for which alone the names of settings state a bound
         labels = {"scene": scene.name, "origin": task.origin, "tier": ""}
         rows += [labels | row for row in setting_rows(scene, true)]
@@ -169,6 +172,7 @@ class Samples(NamedTuple):
     error: Array  # |run - truth|
     u: Array
     judged: BoolArray  # predictable by the u of this run alone, and not zero in both
+    until: float  # s, of the channel in the comparison
 
 
 def samples_of(comparison: SceneComparison, index: int, true: Table, alpha: float) -> list[Samples]:
@@ -180,7 +184,8 @@ def samples_of(comparison: SceneComparison, index: int, true: Table, alpha: floa
         position = known.get(channel.definition.follows or "")
         judged = (u <= alpha * channel.scale) & ((values != 0.0) | (true.values(name) != 0.0))
         judged &= position is None or position.judged
-        known[name] = Samples(name, channel.scale, np.abs(values - true.values(name)), u, judged)
+        error = np.abs(values - true.values(name))
+        known[name] = Samples(name, channel.scale, error, u, judged, channel.until)
     return list(known.values())
 
 
@@ -201,11 +206,13 @@ def sample_rows(assessed: Sequence[Samples], true: Table, period: float, alpha: 
     """Return rows of each channel and of all, and one for each interval between touches that is judged.
 
     An interval has its ``largest`` error over u, the ``name`` of that channel, and as ``part`` the largest of
-    error over alpha times the scale of all channels.
+    error over alpha times the scale of all channels; ``before`` and ``after`` are its largest error over u
+    up to the ``until`` of each channel and after it, nan without a sample.
     ``beyond`` counts predictable samples with an error above alpha times the scale; from ``until`` (s) on the
     error, the largest within the window of u(t), stays above that; None: it does not.
     """
     time, rows, ratios, parts = true.time, list[Row](), dict[str, Array](), dict[str, Array]()
+    sides: dict[str, dict[str, Array]] = {"before": {}, "after": {}}
     starts = np.unique([time[0], *pd.DataFrame(true.events)["start"]])
     interval = np.searchsorted(starts, time, side="right") - 1
     half_width = window_samples(period, float(time[-1] - time[0]) / (time.size - 1))
@@ -218,6 +225,8 @@ def sample_rows(assessed: Sequence[Samples], true: Table, period: float, alpha: 
         rows.append(row | {"until": float(time[lost]) if lost < time.size else None})
         ratios[one.name] = np.where(judged, one.error / one.u, np.nan)
         parts[one.name] = np.where(judged, one.error / allowed, np.nan)
+        for side, at in (("before", time <= one.until), ("after", time > one.until)):
+            sides[side][one.name] = np.where(at, ratios[one.name], np.nan)
     table = pd.DataFrame(ratios).groupby(interval).max().dropna(how="all")
     largest = table.max(axis=1)
     every: Row = {"kind": "intervals", "name": "", "outcomes": len(table), "largest": float(largest.max())}
@@ -225,8 +234,9 @@ def sample_rows(assessed: Sequence[Samples], true: Table, period: float, alpha: 
     every["outside"] = int((largest > LIMIT).sum())
     part = pd.DataFrame(parts).groupby(interval).max().max(axis=1)[table.index]
     begun, ended = starts[table.index], np.append(starts, time[-1])[table.index + 1]
-    columns = zip(begun.tolist(), ended.tolist(), largest, table.idxmax(axis=1), part, strict=True)
-    names = ("start", "end", "largest", "name", "part")
+    by_side = [pd.DataFrame(own).groupby(interval).max().max(axis=1)[table.index] for own in sides.values()]
+    columns = zip(begun.tolist(), ended.tolist(), largest, table.idxmax(axis=1), part, *by_side, strict=True)
+    names = ("start", "end", "largest", "name", "part", *sides)
     return [[*rows, every], [dict(zip(names, one, strict=True)) for one in columns]]
 
 
@@ -309,7 +319,8 @@ def page(results: Results) -> dict[str, object]:
     worst = outside.loc[outside.groupby(run, sort=False)["largest"].idxmax()]
     counts = outside.groupby(run).agg(outside=("largest", "size"), most=("part", "max"))
     return {
-        "scenes": {origin: list(own.unique()) for origin, own in every.groupby("origin")["scene"]},
+        "scenes": {each: list(every["scene"][every["origin"] == each].unique()) for each in ORIGINS},
+        "beyond": samples.groupby("origin")[["beyond", "samples"]].sum().astype(int).to_dict("index"),
         "parts": by_until(results.intervals),
         "samples": samples,
         "median": {tier: number(own["width"].median(), 2) for tier, own in every.groupby("tier")},
@@ -324,14 +335,15 @@ def page(results: Results) -> dict[str, object]:
 
 
 def by_until(intervals: pd.DataFrame) -> dict[str, dict[str, str]]:
-    """Return how many intervals are outside, up to `until` and after it, of shipped and of random scenes."""
-    before, outside = intervals["end"] <= intervals["until"], intervals["largest"] > LIMIT
-    parts = {}
-    for name, part in (("before", before), ("after", ~before)):
-        own = {origin: part & (intervals["origin"] == origin) for origin in ("shipped", "random")}
-        counts = {origin: (int(outside[each].sum()), int(each.sum())) for origin, each in own.items()}
-        parts[name] = {origin: f"{count} of {of}" for origin, (count, of) in counts.items()}
-        parts[name]["limit"] = share(upper_limit(*counts["random"]))
+    """Return how many intervals are outside, up to `until` of each channel and after it, by origin."""
+    parts: dict[str, dict[str, str]] = {}
+    for side in ("before", "after"):
+        parts[side] = {}
+        for origin in ORIGINS:
+            own = intervals.loc[intervals["origin"] == origin, side]
+            counts = int((own > LIMIT).sum()), int(own.notna().sum())
+            parts[side][origin] = f"{counts[0]} of {counts[1]}"
+            parts[side][f"{origin} limit"] = share(upper_limit(*counts)) if counts[1] else ""
     return parts
 
 
@@ -359,7 +371,7 @@ def draw(results: Results, folder: Path) -> None:
 STUDY = Study(
     "truth",
     small=(["wedge"], 1),
-    full=(shipped_scenes(), 20),
+    full=(shipped_scenes(), 2 * MENDED),
     measure=measure,
     page=page,
     draw=draw,

@@ -22,13 +22,13 @@ def true_table(contacts=contacts_of(*(("ll", t, t + 0.01) for t in TOUCHES))):  
     return Table(pd.DataFrame({"time": TIME}), contacts)
 
 
-def channel(wrong, name="slider_x", judged=None, u=1e-9):
+def channel(wrong, name="slider_x", judged=None, u=1e-9, until=1.0):
     """A channel that errs by 1.41 u, in one sample of each of some intervals by 1.42 u."""
     error = np.full(N, 1.41 * u)
     for k in wrong:
         error[50 * k + 25] = 1.42 * u
     judged = np.ones(N, dtype=bool) if judged is None else judged
-    return Samples(name, 1e-4, error, np.full(N, u), judged)
+    return Samples(name, 1e-4, error, np.full(N, u), judged, until)
 
 
 @pytest.mark.parametrize("wrong", [(), (0,), (3, 4, 19), range(20)])
@@ -53,6 +53,19 @@ def test_what_is_not_predictable_is_no_outcome():
     rows, intervals = study.sample_rows([channel((3, 8, 9), judged=judged)], true_table(), PERIOD, 0.01)
     assert [(row["outcomes"], row["outside"]) for row in rows] == [(18, 1), (18, 1)]
     assert len(intervals) == 18
+
+
+def test_an_interval_has_its_largest_error_up_to_until_and_after_it():
+    both = [channel((8,), until=0.43), channel((3,), "slider_y", until=0.3)]
+    _, intervals = study.sample_rows(both, true_table(), PERIOD, 0.01)
+    before, after = (np.array([one[side] for one in intervals]) for side in ("before", "after"))
+    # x errs by most at 0.425 s, y at 0.175 s: both before their `until`.
+    assert np.flatnonzero(before > LIMIT).tolist() == [3, 8]
+    assert not (after > LIMIT).any()
+    assert np.isnan(before).tolist() == [False] * 9 + [True] * 11
+    assert np.isnan(after).tolist() == [True] * 6 + [False] * 14
+    counts = study.by_until(pd.DataFrame(intervals).assign(origin="fresh"))
+    assert (counts["before"]["fresh"], counts["after"]["fresh"]) == ("2 of 9", "0 of 14")
 
 
 def test_errors_beyond_what_is_judged_are_counted_and_a_run_is_lost_when_it_stays_there():
@@ -96,7 +109,7 @@ def rows_of(outside, outcomes):
             shared
             | {
                 "scene": f"scene {k}",
-                "origin": "random" if k else "shipped",
+                "origin": "fresh" if k else "shipped",
                 "model": "exudyn",
                 "tier": "tight",
             }
@@ -119,22 +132,20 @@ def test_the_page_lists_what_is_outside_and_which_run_is_lost(tmp_path):
     both = pd.concat([rows.assign(tier="standard"), rows])
     lost = {"until": 0.25, "beyond": 7, "samples": 50, "name": "slider_x", "kind": "samples"}
     one = {"scene": "scene 0", "model": "exudyn", "tier": "tight", "name": "slider_x"}
+    place = {"start": 0.125, "end": 0.25, "part": 0.031}
     intervals = pd.DataFrame(
-        [one | {"start": 0.125, "end": 0.25, "part": 0.031, "largest": 1.7, "until": 0.2}]
+        one | place | {"origin": origin, "largest": after, "before": before, "after": after}
+        for origin, before, after in (("fresh", 0.1, 1.7), ("shipped", 0.1, 1.4), ("shipped", np.nan, 1.3))
     )
-    intervals = pd.concat(
-        [intervals.assign(origin="random"), intervals.assign(largest=1.4, origin="shipped")]
-    )
-    intervals = pd.concat([intervals, intervals.assign(until=0.3, largest=0.1)], ignore_index=True)
     frame = pd.concat([both, rows[:1].assign(**lost), rows.assign(kind="extrema", name="slider_vx")])
     text = study.STUDY.report(study.Results(frame, intervals, ["a: stopped"]), tmp_path).read_text("utf-8")
     for part in (
         "in 0 of 1 intervals between touches of 1 shipped scenes and 0 of 1 of 2 random ones (at most 95",
-        "predictable again, in 0 of 1 and 1 of 1 (",
+        "predictable again, in 0 of 2 and 1 of 1 (",
         "tight: 1; slider_x, 1.7 u between 0.125 and 0.25 s; errors up to 3.1 % of what is judged.",
         "- scene 0, exudyn, tight: from 0.25 s on.",
         "- a: stopped.",
-        "7 of 50 predictable samples err",
+        "that err by more than is judged: 7 of 50 (shipped).",
     ):
         assert part in text
     assert not re.search(r"\{\w*\}|\bnan\b", text)
