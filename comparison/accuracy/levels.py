@@ -10,7 +10,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
-from math import inf, log, nan
+from math import degrees, inf, log, nan, remainder
 from typing import Any
 
 import numpy as np
@@ -294,15 +294,24 @@ class Plan:
     start: Mapping[str, Sequence[float]] = field(default_factory=dict)  # of a linkage's bodies: x, y, angle
 
 
+FAR = 60.0  # deg, of a guess from the start: the other way to assemble a linkage is mostly farther
+
+
 def plan(scene: Scene, model: str) -> Plan:
     """Return a model's plan of a scene; `EngineError` for a model that declares none."""
     own, known = plan_of(model, scene.data), expected(scene, model)
     if scene.is_linkage:
-        sizes, left = (own["coordinates"], own["constraints"]), (("tight tier", "it is the press's"),)
+        sizes, left = (own["coordinates"], own["constraints"]), [("tight tier", "it is the press's")]
         beside = " besides the drive" if "speed_rpm" in scene.data["drive"] else ""
         note = f"degrees of freedom{beside}: {own['freedom']}"
         bodies, contacts, start = tuple(own["bodies"]), tuple(own.get("contacts", ())), own.get("start", {})
-        return Plan(model, own["formulation"], bodies, (), *sizes, note, contacts, "", left, None, (), start)
+        for name, guess in scene.data["guess"].items() if start else ():
+            off = abs(remainder(degrees(start[name][2]) - guess["angle_deg"], 360.0))
+            if off > FAR:
+                why = f"the start is {off:.0f} deg from it; guess the bodies that this one is pinned to, too"
+                left.append((f"guess.{name}", why))
+        rest: tuple[Any, ...] = (note, contacts, "", tuple(left), None, (), start)
+        return Plan(model, own["formulation"], bodies, (), *sizes, *rest)
     key, instead = f"solver.{model}.formulation", []
     for name in formulations(model, scene.data):
         other = scene.variant({key: name})  # at the scene's settings of that formulation

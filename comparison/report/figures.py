@@ -155,7 +155,8 @@ def picture(
 def _panel(panel: Axes, name: str, tables: Mapping[str, Table], span: tuple[float, float]) -> None:
     for label, table in tables.items():
         if name not in table.frame:
-            raise TableError(f"{label}: channel {name!r} is missing; it has {', '.join(table.channels)}")
+            others = ", ".join(table.channels)
+            raise TableError(f"{label}: channel {name!r} is missing; --channels names others: {others}")
     first = next(iter(tables.values()))
     known, known_scene = first.known.get(name.removesuffix(UNCERTAINTY)), first.scene
     scene = None if known_scene is None else known_scene.data

@@ -147,6 +147,13 @@ def test_the_plan_says_where_the_bodies_start(sixbar):
     assert said.count("start       crank: (0.0433013, 0.025) m, 30 deg") == 2
 
 
+def test_a_guess_that_is_not_followed_is_named(sixbar):
+    for angle, followed in ((-90, True), (250, True), (170, False)):
+        said = sixbar("plan", "four-bar", "--set", f"guess.rocker.angle_deg={angle}", "--json").out
+        left = [what for plan in json.loads(said) for what, _ in plan["left_out"]]
+        assert left.count("guess.rocker") == (0 if followed else 2)
+
+
 def test_what_is_deleted_from_a_new_linkage_is_gone(sixbar):
     sixbar("new", "own.toml", "--from", "four-bar")
     sixbar.write("own.toml", re.sub(r"\[pin\.C\].*?\n\n", "", sixbar.text("own.toml"), flags=re.DOTALL))
