@@ -210,7 +210,8 @@ def confirmation(scene: SceneComparison) -> str:
     result, labels = scene.confirmation, scene.labels
     if result is None:
         return ""
-    since = "" if isnan(result.since) else f" from {result.since:.4g} s on"
+    begin = result.since if isnan(scene.since) else scene.since
+    since = "" if isnan(begin) else f" from {begin:.4g} s on"
     if result.doubt is not None:
         return f"differ (unconfirmed, {result.fewest} runs){since}: {_DOUBTS[result.doubt]}"
     if result.outcome == "underestimated":
