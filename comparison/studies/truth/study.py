@@ -49,15 +49,14 @@ TRUTH = "truth"
 """Model of examples/truth_engine."""
 LIMIT = sqrt(2)
 SEED = 29112026  # of the random scenes; fixed before any of them was run
-ORIGINS = ("shipped", "random", "fresh")
-MENDED = 20  # random scenes by which a rule of u was mended; later ones are fresh
+MENDED = 20  # random scenes by which a rule of u was mended: those of the study are the next ones
 DRAWS = 10_000  # of scenes, for the bootstrap
 _COLOURS = {"reference": svg.FIRST, "exudyn": svg.SECOND}
 
 
 @dataclass(frozen=True)
 class AgainstTruth(Task):
-    """A scene to be run by the truth engine, and by both models at both tiers; its origin in `Results`."""
+    """A scene to be run by the truth engine, and by both models at both tiers; "shipped" or "random"."""
 
     scene: Scene
     origin: str
@@ -80,9 +79,8 @@ def measure(extent: tuple[Sequence[str], int], n_jobs: int, on_progress: Progres
     """
     find(TRUTH)
     names, randoms = extent
-    tasks = [AgainstTruth(scene, "shipped") for scene in covered(map(load_scene, names))]
-    drawn = enumerate(islice(covered(random_scenes()), randoms))
-    tasks += [AgainstTruth(scene, "random" if n < MENDED else "fresh") for n, scene in drawn]
+    shipped, drawn = covered(map(load_scene, names), "shipped"), covered(random_scenes(), "random")
+    tasks = [*shipped, *islice(drawn, MENDED, MENDED + randoms)]
     measured = measure_all(measure_scene, tasks, on_processes(n_jobs), on_progress)
     done = [row for row in measured if row["status"] == SUCCESS]
     rows, intervals = (pd.DataFrame([*chain(*(row[name] for row in done))]) for name in Results._fields[:2])
@@ -98,12 +96,12 @@ def random_scenes() -> Iterator[Scene]:
         yield random_scene(2 * each, SEED).with_values(own)
 
 
-def covered(scenes: Iterable[Scene]) -> Iterator[Scene]:
+def covered(scenes: Iterable[Scene], origin: str) -> Iterator[AgainstTruth]:
     """Yield the scenes that the truth engine does not refuse."""
     for scene in scenes:
         with suppress(SceneError):
             check_forces(scene, TRUTH)
-            yield scene
+            yield AgainstTruth(scene, origin)
 
 
 def measure_scene(task: AgainstTruth, progress: Progress) -> Row:
@@ -319,7 +317,7 @@ def page(results: Results) -> dict[str, object]:
     worst = outside.loc[outside.groupby(run, sort=False)["largest"].idxmax()]
     counts = outside.groupby(run).agg(outside=("largest", "size"), most=("part", "max"))
     return {
-        "scenes": {each: list(every["scene"][every["origin"] == each].unique()) for each in ORIGINS},
+        "scenes": {origin: list(own.unique()) for origin, own in every.groupby("origin")["scene"]},
         "beyond": samples.groupby("origin")[["beyond", "samples"]].sum().astype(int).to_dict("index"),
         "parts": by_until(results.intervals),
         "samples": samples,
@@ -335,15 +333,17 @@ def page(results: Results) -> dict[str, object]:
 
 
 def by_until(intervals: pd.DataFrame) -> dict[str, dict[str, str]]:
-    """Return how many intervals are outside, up to `until` of each channel and after it, by origin."""
+    """Return how many intervals are outside, up to `until` of each channel and after it, by origin.
+
+    ``limit`` is that of the random scenes.
+    """
     parts: dict[str, dict[str, str]] = {}
     for side in ("before", "after"):
-        parts[side] = {}
-        for origin in ORIGINS:
-            own = intervals.loc[intervals["origin"] == origin, side]
-            counts = int((own > LIMIT).sum()), int(own.notna().sum())
-            parts[side][origin] = f"{counts[0]} of {counts[1]}"
-            parts[side][f"{origin} limit"] = share(upper_limit(*counts)) if counts[1] else ""
+        known = intervals.dropna(subset=[side])
+        counts = (known[side] > LIMIT).groupby(known["origin"]).agg(["sum", "size"])
+        parts[side] = {str(name): f"{own['sum']} of {own['size']}" for name, own in counts.iterrows()}
+        if "random" in counts.index:
+            parts[side]["limit"] = share(upper_limit(*map(int, counts.loc["random"])))
     return parts
 
 
@@ -371,7 +371,7 @@ def draw(results: Results, folder: Path) -> None:
 STUDY = Study(
     "truth",
     small=(["wedge"], 1),
-    full=(shipped_scenes(), 2 * MENDED),
+    full=(shipped_scenes(), 20),
     measure=measure,
     page=page,
     draw=draw,

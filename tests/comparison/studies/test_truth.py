@@ -64,8 +64,8 @@ def test_an_interval_has_its_largest_error_up_to_until_and_after_it():
     assert not (after > LIMIT).any()
     assert np.isnan(before).tolist() == [False] * 9 + [True] * 11
     assert np.isnan(after).tolist() == [True] * 6 + [False] * 14
-    counts = study.by_until(pd.DataFrame(intervals).assign(origin="fresh"))
-    assert (counts["before"]["fresh"], counts["after"]["fresh"]) == ("2 of 9", "0 of 14")
+    counts = study.by_until(pd.DataFrame(intervals).assign(origin="random"))
+    assert (counts["before"]["random"], counts["after"]["random"]) == ("2 of 9", "0 of 14")
 
 
 def test_errors_beyond_what_is_judged_are_counted_and_a_run_is_lost_when_it_stays_there():
@@ -109,7 +109,7 @@ def rows_of(outside, outcomes):
             shared
             | {
                 "scene": f"scene {k}",
-                "origin": "fresh" if k else "shipped",
+                "origin": "random" if k else "shipped",
                 "model": "exudyn",
                 "tier": "tight",
             }
@@ -135,13 +135,13 @@ def test_the_page_lists_what_is_outside_and_which_run_is_lost(tmp_path):
     place = {"start": 0.125, "end": 0.25, "part": 0.031}
     intervals = pd.DataFrame(
         one | place | {"origin": origin, "largest": after, "before": before, "after": after}
-        for origin, before, after in (("fresh", 0.1, 1.7), ("shipped", 0.1, 1.4), ("shipped", np.nan, 1.3))
+        for origin, before, after in (("random", 0.1, 1.7), ("shipped", 0.1, 1.4), ("shipped", np.nan, 1.3))
     )
     frame = pd.concat([both, rows[:1].assign(**lost), rows.assign(kind="extrema", name="slider_vx")])
     text = study.STUDY.report(study.Results(frame, intervals, ["a: stopped"]), tmp_path).read_text("utf-8")
     for part in (
         "in 0 of 1 intervals between touches of 1 shipped scenes and 0 of 1 of 2 random ones (at most 95",
-        "predictable again, in 0 of 2 and 1 of 1 (",
+        "predictable again, in 0 of 2 and 1 of 1 (at most 100",
         "tight: 1; slider_x, 1.7 u between 0.125 and 0.25 s; errors up to 3.1 % of what is judged.",
         "- scene 0, exudyn, tight: from 0.25 s on.",
         "- a: stopped.",
