@@ -21,6 +21,8 @@ settings is less than what they were moved by; without a scene, where a user say
 whole: kappa is 1. With more runs M_i of the same setting from moved starts
 (`comparison.verdict.confirmation`), u is never below :math:`F_e \max_i \max_{W(t)} |S - M_i|`.
 
+Once a channel has been unpredictable for longer than the window, a verdict takes `REGAINED` u.
+
 Contacts are shorter than the distance of samples: that all runs have no force at one shows little. Where a
 corner's force is zero and its gap within u of zero, u of the force is at least the largest force of the run,
 and so of the journal of a linkage.
@@ -45,6 +47,10 @@ ORDER_BAND = 0.25  # of the expected order, to either side
 # With k = 2 the smallest for which a run that an ensemble does not exclude is explained: members are then
 # within 2 u / F_e of the centre, the run itself within u / F_e, and k u - u / F_e >= 2 u / F_e from 3 / k on.
 ENSEMBLE_FACTOR = 1.5
+# Of what has parted and come together again. Against a truth, on 20 random scenes, 171 of 5382 intervals
+# between touches had an error above 1.41 u; with four times u after `until` 71 of 5189, with ten 37 of 5087,
+# of which 33 are before it, for 4 and 6 % of the predictable samples.
+REGAINED = 10.0
 WINDOW = 0.01  # of a crank cycle, to either side
 PERTURBATION = 1e-9  # of the clearance, across the guide; of clearance / slider length in the angle
 LEAST_PERTURBATION = 1e-15  # m; x of half a metre is rounded to 1e-16 m: less would perturb nothing

@@ -63,6 +63,7 @@ Programs = tuple[tuple[ProgramRuns, ...], tuple[str, ...]]
 class Solver(Section):
     """Keys of a side."""
 
+    label: Annotated[str, Field(min_length=1)] | None = None
     command: str | None = None
     fmu: str | None = None
     file: str | None = None  # a table that no run can be added to; its error from these two:
@@ -243,10 +244,10 @@ def _side(
 ) -> Side:
     where, (states, mapping) = f"side.{which}", more
     if keys.file is not None:
-        if {*keys.model_fields_set} - {"file", "u", "repeat"}:
-            raise TableError(f"{where} with a file has no other keys than u and repeat")
+        if {*keys.model_fields_set} - {"label", "file", "u", "repeat"}:
+            raise TableError(f"{where} with a file has no other keys than label, u and repeat")
         paths = tuple(folder / name for name in (keys.file, *keys.repeat))
-        return Side(paths[0].stem, None, "tolerance", files=paths)
+        return Side(keys.label or paths[0].stem, None, "tolerance", files=paths)
     settings = [name for name in FACTORS if getattr(keys, name) is not None]
     if len(settings) != 1:
         raise TableError(f"{where} must have a tolerance or a step{', not both' if settings else ''}")
@@ -267,7 +268,7 @@ def _side(
         assert function is not None
         solver, label = function, getattr(function, "__name__", which).replace("<lambda>", which)
     factor, order = keys.factor or FACTORS[setting], keys.order or nan
-    return Side(label, solver, setting, getattr(keys, setting), factor, order)
+    return Side(keys.label or label, solver, setting, getattr(keys, setting), factor, order)
 
 
 @dataclass(frozen=True)

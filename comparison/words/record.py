@@ -45,7 +45,9 @@ def of_comparisons(comparisons: Sequence[SceneComparison]) -> list[Case]:
     """Return the verdict of each scene and tier, followed by those of its channels."""
     cases = []
     for tier in (tier for comparison in comparisons for tier in comparison.tiers):
-        status = _STATUS[tier.verdict if tier.enough else "indeterminate"]
+        status = _STATUS[tier.verdict]
+        if not tier.enough:
+            status = "skipped" if tier.demand is None else "failed"
         cases.append(Case(tier.name, tier.tier, "verdict", status, f"{tier.verdict}: {words.why(tier)}"))
         for name, channel in tier.channels.items():
             text = f"{channel.verdict}: {words.reason(channel)}"

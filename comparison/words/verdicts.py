@@ -142,7 +142,7 @@ def until(channel: ChannelComparison) -> str:
 def agreement(scene: SceneComparison) -> str:
     """Return until when two results agree, or since when they differ; "" where their coverage says enough.
 
-    As "until 24 s of 40: state by --until how long is enough".
+    As "until 24 s of 40: until (--until) states how long is enough".
     """
     demand = scene.demand
     if scene.scene is not None and demand is None:
@@ -155,7 +155,7 @@ def agreement(scene: SceneComparison) -> str:
     text = f"until {round_down(scene.until)} s of {instant(end)}" if scene.until < end else ""
     if scene.enough:
         return text
-    lacks = "state by --until how long is enough" if demand is None else f"{demand:g} s are demanded"
+    lacks = "until (--until) states how long is enough" if demand is None else f"{demand:g} s are demanded"
     return f"{text or f'until {instant(end)} s'}: {lacks}"
 
 
@@ -225,9 +225,11 @@ def _worst(channels: Sequence[ChannelComparison]) -> str:
 
 
 def finer_runs(scene: SceneComparison) -> str:
-    """Return the settings of refined runs; empty where the models ran at the scene's own."""
-    if not scene.refined or scene.scene is None:
+    """Return the settings of refined runs; empty where the models ran at the stated ones."""
+    if not scene.refined:
         return ""
+    if scene.scene is None:
+        return f"judged at settings refined {_TIMES[scene.refined]}: at the stated ones the two differ"
     return (
         "judged with finer runs, since those at the scene's settings left the verdict open: step of "
         f"five bodies halved {_TIMES[scene.refined]}, to {_step(scene):.3g} s"

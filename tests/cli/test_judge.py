@@ -92,6 +92,11 @@ def test_the_pair_of_the_page_and_its_step_of_ci(of_page):
         assert "it runs again" in sixbar(*command, PATH=PATH, code=2).err
         sixbar.write(name, text)
         sixbar(*command, "--until", until, PATH=PATH, code=code)
+        cases = sixbar.junit("report/junit.xml").items()
+        assert [tag for (_, case), (tag, _) in cases if "verdict" in case] == ["failure" if code else ""]
+    assert {path.name for path in (sixbar.folder / "report" / "tables").glob("*.csv")} == {
+        "pair-DOP853.csv", "pair-LSODA.csv",
+    }  # fmt: skip
 
 
 def test_the_fmu_of_the_page(of_page):
