@@ -213,6 +213,9 @@ def progress(text: str, *, quiet: bool = False) -> Iterator[Reporter]:
             yield show
 
 
+_FORESEEN = 0.1  # share of the work from which on its rest is estimated
+
+
 def _silence(share: float, finished: str = "") -> None:
     pass
 
@@ -241,7 +244,8 @@ class Lines:
         if share >= 1.0 or now - self._printed < (BETWEEN_LINES if changed else SILENCE):
             return
         line = f"{share:.0%}"
-        if share > before:  # not only cached runs, which say nothing about the time of others
+        # Not of cached runs alone, which say nothing about the time of others, nor of the first of many.
+        if share > before and share >= _FORESEEN:
             rest = (now - start) * (1.0 - share) / (share - before)
             line += f", about {rest / 60.0:.0f} min left" if rest >= 60.0 else ", less than a minute left"
         if self._finished:

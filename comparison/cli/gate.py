@@ -26,7 +26,7 @@ def gate(
         bool,
         console.option(
             None,
-            "Recreate the baseline for its scenes and those named; "
+            "Recreate the baseline for all of its scenes and those named; "
             "a new baseline without names: the shipped scenes.",
             "--update",
         ),
@@ -62,7 +62,7 @@ def gate(
     with progress("gate", quiet=quiet) as report:
         result = check_against(record, chosen, gone, n_jobs=jobs or cpus(), on_progress=report)
     cases, remarks, deviations = of_gate(result), gate_notes(result), gate_lines(result)
-    texts = [f"REGRESSION {line}" for line in deviations] + [f"note: {note}" for note in remarks]
+    texts = [f"note: {note}" for note in remarks] + [f"REGRESSION {line}" for line in deviations]
     summary = wrapped(gate_summary(result), rest="    ")
     lines = [] if quiet else [line for text in texts for line in wrapped(text, rest="    ")]
     left = SHOWN - 1 - len(summary)  # the path of the page is the last line

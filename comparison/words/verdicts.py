@@ -388,6 +388,9 @@ def _next(scene: SceneComparison) -> tuple[str, tuple[str, ...]]:
     if scene.verdict == "indeterminate" and closer:
         tables = "State the difference that is allowed, as a share of each scale:"
         return tables if ran is None else "See whether finer settings decide it:", (closer,)
+    if scene.verdict == "indeterminate" and ran is not None and not ran.is_linkage:
+        half = ran.variant({"drive.cycles": 0.5 * ran.data["drive"]["cycles"]})
+        return "No finer setting is left; of half the time more is predictable:", (half.command("validate"),)
     if ran is None or scene.verdict == "indeterminate":
         return "", ()
     if scene.verdict == "cannot compare":

@@ -328,6 +328,7 @@ def page(results: Results) -> dict[str, object]:
         "others": rows_table(counted(pd.concat(groups.values()), ["kind", "model", "tier"])),
         "lost": lost.to_dict("records"),
         "failed": results.failed,
+        "limit": LIMIT,
         "machine": machine_and_versions(),
     }
 

@@ -142,10 +142,11 @@ def test_the_page_lists_what_is_outside_and_which_run_is_lost(tmp_path):
     for part in (
         "in 0 of 1 intervals between touches of 1 shipped scenes and 0 of 1 of 2 random ones (at most 95",
         "predictable again, in 0 of 2 and 1 of 1 (at most 100",
-        "tight: 1; slider_x, 1.7 u between 0.125 and 0.25 s; errors up to 3.1 % of what is judged.",
+        "tight: 1; slider_x, 1.7 u between 0.125 and 0.25 s; errors up to 3.1 % of what",
+        "is judged, after `until`.",
         "- scene 0, exudyn, tight: from 0.25 s on.",
         "- a: stopped.",
-        "that err by more than is judged: 7 of 50 (shipped).",
+        "that err by more than is judged: 7 of 50 of the shipped scenes.",
     ):
         assert part in text
     assert not re.search(r"\{\w*\}|\bnan\b", text)
