@@ -390,7 +390,7 @@ def _next(scene: SceneComparison) -> tuple[str, tuple[str, ...]]:
         return tables if ran is None else "See whether finer settings decide it:", (closer,)
     if scene.verdict == "indeterminate" and ran is not None and not ran.is_linkage:
         half = ran.variant({"drive.cycles": 0.5 * ran.data["drive"]["cycles"]})
-        return "No finer setting is left; of half the time more is predictable:", (half.command("validate"),)
+        return "Judge half the time, since no finer setting is left:", (half.command("validate"),)
     if ran is None or scene.verdict == "indeterminate":
         return "", ()
     if scene.verdict == "cannot compare":
