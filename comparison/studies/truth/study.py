@@ -318,7 +318,10 @@ def page(results: Results) -> dict[str, object]:
     counts = outside.groupby(run).agg(outside=("largest", "size"), most=("part", "max"))
     return {
         "scenes": {origin: list(own.unique()) for origin, own in every.groupby("origin")["scene"]},
-        "beyond": samples.groupby("origin")[["beyond", "samples"]].sum().astype(int).to_dict("index"),
+        "beyond": [
+            f"{own['beyond'].sum():.0f} of {own['samples'].sum():.0f} ({origin})"
+            for origin, own in samples.groupby("origin", sort=False)
+        ],
         "parts": by_until(results.intervals),
         "samples": samples,
         "median": {tier: number(own["width"].median(), 2) for tier, own in every.groupby("tier")},
@@ -340,11 +343,11 @@ def by_until(intervals: pd.DataFrame) -> dict[str, dict[str, str]]:
     """
     parts: dict[str, dict[str, str]] = {}
     for side in ("before", "after"):
-        known = intervals.dropna(subset=[side])
-        counts = (known[side] > LIMIT).groupby(known["origin"]).agg(["sum", "size"])
-        parts[side] = {str(name): f"{own['sum']} of {own['size']}" for name, own in counts.iterrows()}
-        if "random" in counts.index:
-            parts[side]["limit"] = share(upper_limit(*map(int, counts.loc["random"])))
+        known = intervals[side].notna().groupby(intervals["origin"]).sum()
+        outside = (intervals[side] > LIMIT).groupby(intervals["origin"]).sum()
+        counts = zip(known.index, outside, known, strict=True)
+        parts[side] = {str(origin): f"{count} of {of}" for origin, count, of in counts}
+        parts[side]["limit"] = share(upper_limit(int(outside["random"]), int(known["random"])))
     return parts
 
 

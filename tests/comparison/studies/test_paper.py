@@ -286,7 +286,10 @@ def test_the_page_counts_what_its_tables_say(world, tmp_path):
     predicted = judged[judged["id"].isin(entries.index[entries["use"] == Use.PREDICTION])]
     gravity, none = predicted.groupby("hypothesis")["without"].sum()
     summary = " ".join(text.split("\n\n")[1].split())
-    said = f" {gravity} lie in our intervals (95% of draws) with gravity, {none} without ("
+    inside = entries.loc[predicted.loc[predicted["without"] & (predicted["hypothesis"] == "gravity"), "id"]]
+    other = int((np.sign(inside["printed"].astype(float)) == -np.sign(inside["reference"])).sum())
+    drawn = f"(95% of draws; {other} of other sign) with gravity"
+    said = f" {gravity} lie in our intervals {drawn}, {none} without ("
     assert said in summary
     # The acceleration at 150 rpm is printed with either sign.
     assert "of 20 instants within" in summary

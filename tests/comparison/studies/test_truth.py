@@ -146,7 +146,7 @@ def test_the_page_lists_what_is_outside_and_which_run_is_lost(tmp_path):
         "is judged, after `until`.",
         "- scene 0, exudyn, tight: from 0.25 s on.",
         "- a: stopped.",
-        "that err by more than is judged: 7 of 50 of the shipped scenes.",
+        "that err by more than is judged: 7 of 50 (shipped).",
     ):
         assert part in text
     assert not re.search(r"\{\w*\}|\bnan\b", text)
