@@ -62,7 +62,8 @@ def gate(
     with progress("gate", quiet=quiet) as report:
         result = check_against(record, chosen, gone, n_jobs=jobs or cpus(), on_progress=report)
     cases, remarks, deviations = of_gate(result), gate_notes(result), gate_lines(result)
-    texts = [f"note: {note}" for note in remarks] + [f"REGRESSION {line}" for line in deviations]
+    texts = [f"REGRESSION {line}" for line in deviations]
+    texts[1:1] = [f"note: {note}" for note in remarks]  # such as that a scene has changed: a cause
     summary = wrapped(gate_summary(result), rest="    ")
     lines = [] if quiet else [line for text in texts for line in wrapped(text, rest="    ")]
     left = SHOWN - 1 - len(summary)  # the path of the page is the last line

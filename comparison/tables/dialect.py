@@ -319,9 +319,9 @@ def _heading(above: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple
     """
     names_in = [layout.words(line.text) for line in above]
     likely = [n for n, names in enumerate(names_in) if time_place(names) is not None]
-    lowest = names_in[-1] if names_in and layout.separator != _SPACES else []
-    if not likely and lowest and all(name[:1].isalpha() and " " not in name for name in lowest):
-        likely = [len(above) - 1]
+    if not likely and above and layout.separator != _SPACES and not layout.is_comment(above[-1].text):
+        words = all(name[:1].isalpha() and " " not in name for name in names_in[-1])
+        likely = [len(above) - 1] if names_in[-1] and words else []
     if dialect.skip is not None:
         likely = [n for n, names in enumerate(names_in) if names][:1]
     if dialect.names is not None or not likely:

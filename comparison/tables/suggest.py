@@ -72,8 +72,9 @@ def _on_one_grid(sources: Sequence[Source]) -> tuple[list[Guess], list[list[Colu
     own: list[Column] = []
     in_units: list[list[str]] = []
     for source, each in zip(sources, columns, strict=True):
-        named = [column for column in each if column.name == source.time_name and _varies(column)]
-        increasing = [column for column in each if (np.diff(column.numbers) > 0.0).all()]
+        varying = [column for column in each if _varies(column)]
+        named = [column for column in varying if column.name == source.time_name]
+        increasing = [column for column in varying if (np.diff(column.numbers) > 0.0).all()]
         for time in (named or increasing)[:1]:
             own.append(time)
             in_units.append(["s"] if source.beside.provenance else _units(time, "s"))

@@ -142,7 +142,7 @@ def until(channel: ChannelComparison) -> str:
 def agreement(scene: SceneComparison) -> str:
     """Return until when two results agree, or since when they differ; "" where their coverage says enough.
 
-    As "until 24 s of 40: until (--until) states how long is enough".
+    As "until 24 s of 40: --until states how long is enough".
     """
     demand = scene.demand
     if scene.scene is not None and demand is None:
@@ -155,7 +155,7 @@ def agreement(scene: SceneComparison) -> str:
     text = f"until {round_down(scene.until)} s of {instant(end)}" if scene.until < end else ""
     if scene.enough:
         return text
-    lacks = "until (--until) states how long is enough" if demand is None else f"{demand:g} s are demanded"
+    lacks = "--until states how long is enough" if demand is None else f"{demand:g} s are demanded"
     return f"{text or f'until {instant(end)} s'}: {lacks}"
 
 
@@ -388,9 +388,9 @@ def _next(scene: SceneComparison) -> tuple[str, tuple[str, ...]]:
     if scene.verdict == "indeterminate" and closer:
         tables = "State the difference that is allowed, as a share of each scale:"
         return tables if ran is None else "See whether finer settings decide it:", (closer,)
-    if scene.verdict == "indeterminate" and ran is not None and not ran.is_linkage:
+    if scene.verdict == "indeterminate" and ran is not None and ran.source and not ran.is_linkage:
         half = ran.variant({"drive.cycles": 0.5 * ran.data["drive"]["cycles"]})
-        return "Judge half the time, since no finer setting is left:", (half.command("validate"),)
+        return "See whether half the time is predictable:", (half.command("validate"),)
     if ran is None or scene.verdict == "indeterminate":
         return "", ()
     if scene.verdict == "cannot compare":

@@ -177,7 +177,7 @@ def test_further_runs_judge_by_their_uncertainty_and_the_order_that_is_stated(si
 
 
 UNTIL = {
-    "": (3, "agree until 6.0 s of 9.99: until (--until) states how long is enough"),
+    "": (3, "agree until 6.0 s of 9.99: --until states how long is enough"),
     "--until 6": (0, "agree until 6.0 s of 9.99."),
     "--until any": (0, "agree until 6.0 s of 9.99."),
     "--until 8 --allow-indeterminate": (0, "agree until 6.0 s of 9.99: 8 s are demanded"),

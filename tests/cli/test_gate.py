@@ -24,12 +24,12 @@ def test_what_is_unchanged_passes_and_a_scene_that_changed_or_is_gone_is_a_regre
     assert str(len(result["checks"])) in sixbar.text("g/summary.md")
     sixbar.write("tiny.toml", SCENE + "[mechanism.rod4]\nlength = 0.2400001\n")
     ended = sixbar(*GATE, code=1, COLUMNS="500")
-    # A note on the scene; when, which run, where, how large; the runs, and counters last.
+    # When, which run, where, how large; a note on the scene; the runs, and counters last.
     first = (
         "REGRESSION from t = 0.0008 s on: .* scene 'tiny': slider_y at t = 0.0008 s is .*: off by 1e-07 m, 0"
     )
-    assert "scene 'tiny': its numbers are not those" in ended.lines[0]
-    assert re.match(first, ended.lines[1]), ended.lines[1]
+    assert re.match(first, ended.lines[0]), ended.lines[0]
+    assert "scene 'tiny': its numbers are not those" in ended.lines[1]
     assert re.match("REGRESSION .* scene 'tiny': . channels deviate, most of all slider_", ended.lines[2])
     assert "counter" not in "".join(ended.lines[:4])
     page = sixbar.text("g/report.html")

@@ -103,8 +103,9 @@ def parted(time, known, window):
         elif since is None:
             since = i
         if since is not None and (i + 1 == time.size or known[i + 1]):
-            inner = [time[k] for k in range(since, i + 1) if time[k] - time[since] >= 0.999999 * window]
-            inner = [t for t in inner if time[i] - t >= 0.999999 * window]
+            least = 0.999999 * window  # samples that are a window apart but for the rounding of times count
+            inner = [time[k] for k in range(since, i + 1) if time[k] - time[since] >= least]
+            inner = [t for t in inner if time[i] - t >= least]
             if inner and inner[-1] - inner[0] > window:
                 return time[since]
     return time[-1]

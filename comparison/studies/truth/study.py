@@ -49,6 +49,7 @@ TRUTH = "truth"
 """Model of examples/truth_engine."""
 LIMIT = sqrt(2)
 SEED = 29112026  # of the random scenes; fixed before any of them was run
+ORIGINS = ("shipped", "random")
 MENDED = 20  # random scenes by which a rule of u was mended: those of the study are the next ones
 DRAWS = 10_000  # of scenes, for the bootstrap
 _COLOURS = {"reference": svg.FIRST, "exudyn": svg.SECOND}
@@ -209,8 +210,8 @@ def sample_rows(assessed: Sequence[Samples], true: Table, period: float, alpha: 
     ``beyond`` counts predictable samples with an error above alpha times the scale; from ``until`` (s) on the
     error, the largest within the window of u(t), stays above that; None: it does not.
     """
-    time, rows, ratios, parts = true.time, list[Row](), dict[str, Array](), dict[str, Array]()
-    sides: dict[str, dict[str, Array]] = {"before": {}, "after": {}}
+    time, rows, ratios = true.time, list[Row](), dict[str, Array]()
+    others: dict[str, dict[str, Array]] = {"part": {}, "before": {}, "after": {}}
     starts = np.unique([time[0], *pd.DataFrame(true.events)["start"]])
     interval = np.searchsorted(starts, time, side="right") - 1
     half_width = window_samples(period, float(time[-1] - time[0]) / (time.size - 1))
@@ -222,19 +223,18 @@ def sample_rows(assessed: Sequence[Samples], true: Table, period: float, alpha: 
         row["beyond"] = int((one.error[judged] > allowed).sum())
         rows.append(row | {"until": float(time[lost]) if lost < time.size else None})
         ratios[one.name] = np.where(judged, one.error / one.u, np.nan)
-        parts[one.name] = np.where(judged, one.error / allowed, np.nan)
+        others["part"][one.name] = np.where(judged, one.error / allowed, np.nan)
         for side, at in (("before", time <= one.until), ("after", time > one.until)):
-            sides[side][one.name] = np.where(at, ratios[one.name], np.nan)
+            others[side][one.name] = np.where(at, ratios[one.name], np.nan)
     table = pd.DataFrame(ratios).groupby(interval).max().dropna(how="all")
     largest = table.max(axis=1)
     every: Row = {"kind": "intervals", "name": "", "outcomes": len(table), "largest": float(largest.max())}
     every |= {width: float(np.median([row[width] for row in rows])) for width in ("width", "width_90")}
     every["outside"] = int((largest > LIMIT).sum())
-    part = pd.DataFrame(parts).groupby(interval).max().max(axis=1)[table.index]
     begun, ended = starts[table.index], np.append(starts, time[-1])[table.index + 1]
-    by_side = [pd.DataFrame(own).groupby(interval).max().max(axis=1)[table.index] for own in sides.values()]
-    columns = zip(begun.tolist(), ended.tolist(), largest, table.idxmax(axis=1), part, *by_side, strict=True)
-    names = ("start", "end", "largest", "name", "part", *sides)
+    most = [pd.DataFrame(own).groupby(interval).max().max(axis=1)[table.index] for own in others.values()]
+    columns = zip(begun.tolist(), ended.tolist(), largest, table.idxmax(axis=1), *most, strict=True)
+    names = ("start", "end", "largest", "name", *others)
     return [[*rows, every], [dict(zip(names, one, strict=True)) for one in columns]]
 
 
@@ -317,13 +317,12 @@ def page(results: Results) -> dict[str, object]:
     worst = outside.loc[outside.groupby(run, sort=False)["largest"].idxmax()]
     counts = outside.groupby(run).agg(outside=("largest", "size"), most=("part", "max"))
     return {
-        "scenes": {origin: list(own.unique()) for origin, own in every.groupby("origin")["scene"]},
+        "scenes": {each: list(every["scene"][every["origin"] == each].unique()) for each in ORIGINS},
         "beyond": [
             f"{own['beyond'].sum():.0f} of {own['samples'].sum():.0f} ({origin})"
             for origin, own in samples.groupby("origin", sort=False)
         ],
         "parts": by_until(results.intervals),
-        "samples": samples,
         "median": {tier: number(own["width"].median(), 2) for tier, own in every.groupby("tier")},
         "missed": worst.merge(counts, on=run).to_dict("records"),
         "overview": rows_table(counted(every, ["origin", "model", "tier"])),
@@ -343,11 +342,10 @@ def by_until(intervals: pd.DataFrame) -> dict[str, dict[str, str]]:
     """
     parts: dict[str, dict[str, str]] = {}
     for side in ("before", "after"):
-        known = intervals[side].notna().groupby(intervals["origin"]).sum()
-        outside = (intervals[side] > LIMIT).groupby(intervals["origin"]).sum()
-        counts = zip(known.index, outside, known, strict=True)
-        parts[side] = {str(origin): f"{count} of {of}" for origin, count, of in counts}
-        parts[side]["limit"] = share(upper_limit(int(outside["random"]), int(known["random"])))
+        own = [intervals.loc[intervals["origin"] == origin, side].dropna() for origin in ORIGINS]
+        counts = [(int((each > LIMIT).sum()), each.size) for each in own]
+        parts[side] = {origin: f"{n} of {of}" for origin, (n, of) in zip(ORIGINS, counts, strict=True)}
+        parts[side]["limit"] = share(upper_limit(*counts[-1]))
     return parts
 
 

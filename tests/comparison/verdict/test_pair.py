@@ -53,7 +53,7 @@ def test_a_ball_that_bounces_at_the_ends_of_fixed_steps(step, factor, levels):
     """Both err at first order alike, and by far more than by their three nested steps: no difference."""
     result = sixbar.judge(ball("y += v h"), ball("y += v h - g h^2 / 2"), step=step, factor=factor, states=2)
     assert result.verdict == "agree"
-    assert result.channels["y"].coverage > 0.3  # once its runs have parted u counts ten times
+    assert result.channels["y"].coverage > 0.3  # measured 0.34: once its runs have parted u counts ten times
     assert result.refined >= levels  # three levels alone would differ
 
 

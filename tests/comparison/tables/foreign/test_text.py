@@ -64,7 +64,7 @@ def test_a_column_of_text_in_parquet():
 ROWS = "0,1,5\n1,2,6\n"
 NAMED = 'names = ["time", "p", "q"]'
 CLOCK = 'skip = 1\nnames = ["time", "x", "flag"]\n[columns.x]\nchannel = "x"\n[channels.x]'
-ZEIT = '\n[columns.Zeit]\nchannel = "time"\nunit = "s"\n[columns.x]\nchannel = "x"\n[channels.x]'
+ZEIT = '[columns.Zeit]\nchannel = "time"\nunit = "s"\n[columns.x]\nchannel = "x"\n[channels.x]'
 
 
 @pytest.mark.parametrize(
@@ -75,6 +75,7 @@ ZEIT = '\n[columns.Zeit]\nchannel = "time"\nunit = "s"\n[columns.x]\nchannel = "
         ("time|x|F\n0|1|5\n1|2|6\n", "contains no row of two or more", 'separator = "|"', "x F", [1, 2]),
         ("2024 11 28\n12 30 45\ntime x F\n0 1 5\n1 2 6\n", "number in line 3", "skip = 2", "x F", [1, 2]),
         ("clock;x;flag\n0;1;no\n1;2;yes\n", "contains no row", CLOCK, "x", [1, 2]),
+        ("# Slider,press\n0,5.5\n1,6.5\n", "a comment, a row or", 'comment = "#"', "#2", [5.5, 6.5]),
     ],
 )
 def test_what_has_two_readings_is_read_once_a_mapping_states_the_key(content, words, keys, names, values):
