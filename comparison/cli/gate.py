@@ -26,7 +26,7 @@ def gate(
         bool,
         console.option(
             None,
-            "Recreate the baseline for all of its scenes and those named; "
+            "Recreate the baseline for the scenes named, or for all of its scenes; "
             "a new baseline without names: the shipped scenes.",
             "--update",
         ),
@@ -98,21 +98,27 @@ def gate(
 
 def _update(loaded: Sequence[Scene], path: Path, jobs: int, *, quiet: bool) -> int:
     from comparison.files import check_file
-    from comparison.regression.record import new_baseline, read, scenes_of, write
+    from comparison.regression.record import new_baseline, read, same_origin, scenes_of, write
     from comparison.scene import load_scene, shipped_scenes
 
     check_file(path)
     old = read(path) if path.exists() else None
-    recorded, gone = ([], []) if old is None else scenes_of(old, path.parent)
-    warn([f"scene {name!r} of the old baseline no longer exists and is left out" for name in gone])
-    if not loaded and not recorded:
-        loaded = [load_scene(name) for name in shipped_scenes()]
-    scenes = {scene.name: scene for scene in (*recorded, *loaded)}
+    if old is not None and not (loaded and same_origin(old)):
+        recorded, gone = scenes_of(old, path.parent)
+        warn([f"scene {name!r} of the old baseline no longer exists and is left out" for name in gone])
+        if loaded:
+            warn(["platform, versions or thresholds changed: all scenes of the baseline are made anew"])
+        loaded = [*recorded, *loaded]
+        old = old.model_copy(update={"scenes": {}})
+    scenes = {scene.name: scene for scene in loaded or map(load_scene, shipped_scenes())}
     with progress("baseline", quiet=quiet) as report:
         ordered = [scenes[name] for name in sorted(scenes)]
         new = new_baseline(ordered, path.parent, old, n_jobs=jobs, on_progress=report)
-    for name, scene in new.scenes.items():
+    for name in sorted(scenes):
+        scene = new.scenes[name]
         points = sum(len(points) for run in scene.runs.values() for points in run.channels.values())
         say(f"{name}: {len(scene.runs)} runs, {points} checkpoints")
+    if kept := len(new.scenes) - len(scenes):
+        say(f"{kept} other scene{'s are' if kept > 1 else ' is'} kept")
     say(str(write(new, path)))
     return 0

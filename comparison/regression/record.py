@@ -313,8 +313,9 @@ def new_baseline(
 ) -> Baseline:
     """Create the baseline of scenes: every gated run with its family, which determines the thresholds.
 
-    Paths of scenes are relative to its folder. The rates of the old one are kept if there are no newer ones:
-    thresholds that changed without them are a `BaselineError`. A failed run is a `RunError`.
+    Paths of scenes are relative to its folder. Of an old one the other scenes are kept if it has the
+    `same_origin`, and its rates if there are no newer ones: thresholds that changed without them are a
+    `BaselineError`. A failed run is a `RunError`.
     """
     rates = _rates(folder / RATES, old)
     planned = [
@@ -336,13 +337,21 @@ def new_baseline(
         nearby = [successful(next(outcomes), job) for job in others]
         runs = Runs(refinement=refinement(model, gated.scene), **tables)
         records[scene.name].setdefault(model, {})[tier] = record(runs, gated, tier, nearby)
+    remade = {name: SceneRecord.model_validate(parts) for name, parts in records.items()}
+    kept = old.scenes if old is not None and same_origin(old) else {}
     return Baseline(
         platform=platform_name(),
         versions=versions(),
         thresholds=thresholds_record(),
         detection=rates,
-        scenes={name: SceneRecord.model_validate(parts) for name, parts in records.items()},
+        scenes=dict(sorted({**kept, **remade}.items())),
     )
+
+
+def same_origin(baseline: Baseline) -> bool:
+    """Return whether a baseline made here and now would have its platform, versions and thresholds."""
+    now = (platform_name(), versions(), thresholds_record())
+    return (baseline.platform, baseline.versions, baseline.thresholds) == now
 
 
 def _rates(path: Path, old: Baseline | None) -> dict[str, Any] | None:

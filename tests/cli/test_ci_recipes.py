@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from doc_pages import block
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "ci"
@@ -79,7 +80,8 @@ def test_the_workflow_passes_and_fails_where_the_program_changes(bash):
 @pytest.mark.slow
 def test_the_action_holds_a_scene_against_its_baseline(bash):
     assert bash("sixbar gate scenes/press.toml --update --baseline baseline.toml -q") == 0
-    baseline = {"baseline": "baseline.toml"}
+    (step,) = yaml.safe_load(block("docs/ci.md", "yaml", -1))
+    baseline = step["with"]
     assert use_action(bash, baseline) == [("Hold both models against the baseline", 0)]
     assert "both models match their baseline" in bash.summary.read_text("utf-8")
     scene = bash.folder / "scenes" / "press.toml"

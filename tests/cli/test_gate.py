@@ -39,5 +39,9 @@ def test_what_is_unchanged_passes_and_a_scene_that_changed_or_is_gone_is_a_regre
     assert "failed" in sixbar.text("g/summary.md")
     sixbar.write("other.toml", SCENE)
     assert "other" in sixbar("gate", "other.toml", *GATE[1:], code=1).out  # the baseline lacks it
+    ended = sixbar("gate", "other.toml", "--update", *GATE[1:3], "--jobs", "1", "-q")
+    assert ended.lines[0].startswith("other: 2 runs, ")
+    assert ended.lines[1:] == ["1 other scene is kept", "b.toml"]
+    assert "its numbers are not those" in sixbar(*GATE, code=1).out  # still of the old tiny.toml
     (sixbar.folder / "tiny.toml").unlink()
     assert "tiny" in sixbar(*GATE, code=1).out
