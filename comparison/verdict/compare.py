@@ -41,7 +41,7 @@ def compare(
     warnings: tuple[str, ...] = (),
     tier: str = "standard",
     ensembles: tuple[Sequence[Table], Sequence[Table]] = ((), ()),
-    coarser: SceneComparison | None = None,
+    before: SceneComparison | None = None,
 ) -> SceneComparison:
     """Compare two models' runs of a scene, or any two tables.
 
@@ -59,7 +59,7 @@ def compare(
         One of `comparison.accuracy.levels.TIERS`, whose thresholds apply.
     ensembles
         Additional runs of each model at its base's setting and times, see `comparison.verdict.confirmation`.
-    coarser
+    before
         Comparison of runs a level before, at the same times: a difference counts where both show it.
 
     Raises
@@ -127,7 +127,7 @@ def compare(
                 ),
                 scene=None if scene is None else scene.data,
                 within=np.logical_and.reduce(masks) if masks else None,
-                before=None if coarser is None else coarser.channels[channel.name].outlying[::every],
+                before=None if before is None else before.channels[channel.name].outlying[::every],
                 criteria=criteria,
                 limits=limits,
                 window=WINDOW * cycle,

@@ -73,8 +73,8 @@ class LinkagePair(Pair):
         _check_assembly(programs, [side.label for side in self.sides])
         return tuple(programs), ()
 
-    def _compare(self, read: Programs, coarser: SceneComparison | None = None) -> SceneComparison:
-        result = super()._compare(read, coarser)
+    def _compare(self, read: Programs, before: SceneComparison | None = None) -> SceneComparison:
+        result = super()._compare(read, before)
         events = result.events if self.scene.loose else (None, None)
         return replace(result, description=self.scene.description, ran=self.scene, events=events)
 

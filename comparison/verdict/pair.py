@@ -316,13 +316,13 @@ class Pair:
             result = unconfirmed(result, doubt, result.confirmation.members)
         return result, programs
 
-    def _compare(self, read: Programs, coarser: SceneComparison | None = None) -> SceneComparison:
+    def _compare(self, read: Programs, before: SceneComparison | None = None) -> SceneComparison:
         demand, window, channels = self.keys.demand, self.keys.window, self.mapping.compare
         period = None if window is None else window / WINDOW
         until = "any" if demand.until is None and demand.coverage is not None else demand.until
         labels = self.sides[0].label, self.sides[1].label
         criteria = Criteria(channels=channels, period=period, until=until)
-        options: dict[str, Any] = {"labels": labels, "warnings": read[1], "coarser": coarser}
+        options: dict[str, Any] = {"labels": labels, "warnings": read[1], "before": before}
         result = compare_recorded(*read[0], scene=None, criteria=criteria, **options)
         result = replace(result, name=self.name, title=self.keys.title)
         lacks = result.verdict == "agree" and result.coverage < (demand.coverage or 0.0)

@@ -235,11 +235,11 @@ def compare_recorded(
     labels: tuple[str, str],
     warnings: tuple[str, ...] = (),
     criteria: Criteria = NO_CRITERIA,
-    coarser: SceneComparison | None = None,
+    before: SceneComparison | None = None,
 ) -> SceneComparison:
     """Compare two programs by their runs, and confirm a difference by their ensembles.
 
-    With a finer run they are judged by their uncertainty, without by the criteria; errors, and ``coarser``,
+    With a finer run they are judged by their uncertainty, without by the criteria; errors, and ``before``,
     are those of `comparison.verdict.compare.compare`.
     """
     for label, program in zip(labels, (a, b), strict=True):
@@ -256,7 +256,7 @@ def compare_recorded(
         for label, program in zip(labels, (a, b), strict=True):
             warnings += _assumptions(label, program)
     runs = a.runs, b.runs
-    options: dict[str, Any] = {"labels": labels, "warnings": warnings, "coarser": coarser}
+    options: dict[str, Any] = {"labels": labels, "warnings": warnings, "before": before}
     judge = partial(compare_runs, *runs, scene=scene, criteria=criteria, **options)
     result = judge()
     if a.finer is None or result.verdict != "differ":
