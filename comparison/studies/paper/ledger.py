@@ -257,7 +257,7 @@ def instants(entries: pd.DataFrame, drawn: Drawn, reach: float = REACH) -> pd.Da
     period earlier; ``sized``: that with a size in the interval of the first cycle's sizes, too. ``random``
     and ``random_shifted``: the mean of both shares over the peaks of this quantity under the other
     conditions, by their phase: what chance gives if a printed instant belonged to one of them. `POISSON` is
-    no other condition than `CENTRAL`.
+    no other condition than `CENTRAL`. ``top``: 1 for an instant within a reach of the top dead centre.
     """
     rows = []
     periods = {name: load_scene(entry["scene"]).period for name, entry in entries.to_dict("index").items()}
@@ -283,6 +283,7 @@ def instants(entries: pd.DataFrame, drawn: Drawn, reach: float = REACH) -> pd.Da
             row |= {"hypothesis": hypothesis, "unit": "deg" if angle else "s", "at": at}
             row |= {"ours": entry[f"{MODELS[0]}_at"], "share": float(met.mean())}
             row |= {"shifted": shifted, "sized": sized, "printed": printed.value}
+            row |= {"top": float(not angle and abs((at / period + 0.5) % 1.0 - 0.5) <= reach)}
             others = conditions[conditions["quantity"] == entry["quantity"]]
             chances = [
                 _shares_at(frames[each], periods[each], printed.value, at / period, reach)

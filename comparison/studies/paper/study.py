@@ -23,7 +23,7 @@ from comparison.studies.shared.study import Study, crossed, markdown, part, shar
 
 FACTORS = (1.5, ledger.FACTOR, 3.0)  # of random sizes
 REACHES = (0.01, REACH, 0.05)  # of a cycle
-SHARES = ("share", "shifted", "sized", "random", "random_shifted")
+SHARES = ("share", "shifted", "sized", "random", "random_shifted", "top")
 POISSON_PAIR = ("F9-210-d", "F10-33-d")  # the displacement's error at both Poisson's ratios
 BRINK = 0.01  # of a size: a range that misses it by less may hold it in other draws
 PRINTED_DIGITS = 1.5e-4  # relative: both are printed as 3.687e-5 m
@@ -279,9 +279,8 @@ def _solver(solver: pd.DataFrame) -> str:
     """Return extreme sizes of the runs by the paper's solver with stabilization, a column a tolerance."""
     own = solver[(solver["gain"] > BARE) & solver["value"].notna()].assign(size=lambda f: f["value"].abs())
     ends = own.groupby(["id", "relative", "absolute"], sort=False)["size"].agg(["min", "max"]).reset_index()
-    units = runs.numbers()["unit"]
     cells = [
-        " … ".join(quantity(row[end], units[row["id"]]) for end in ("min", "max"))
+        " … ".join(quantity(row[end], runs.numbers().loc[row["id"], "unit"]) for end in ("min", "max"))
         for row in ends.to_dict("records")
     ]
     columns = [f"{row.relative:.2g} / {row.absolute:.2g}" for row in ends.itertuples()]

@@ -288,11 +288,12 @@ def test_the_page_counts_what_its_tables_say(world, tmp_path):
     summary = " ".join(text.split("\n\n")[1].split())
     inside = entries.loc[predicted.loc[predicted["without"] & (predicted["hypothesis"] == "gravity"), "id"]]
     other = int((np.sign(inside["printed"].astype(float)) == -np.sign(inside["reference"])).sum())
-    drawn = f"(95% of draws; {other} of other sign) with gravity"
-    said = f" {gravity} lie in our intervals {drawn}, {none} without ("
-    assert said in summary
-    # The acceleration at 150 rpm is printed with either sign.
-    assert "of 20 instants within" in summary
+    drawn = f"(95% of draws: 23 if right; {other} of other sign) with gravity"
+    assert f" {gravity} lie in our intervals {drawn}, {none} without;" in summary
+    # The acceleration at 150 rpm is printed with either sign. Printed instants alone decide the last column.
+    assert "of all 20 " in summary
+    tops = re.findall(r"^\| 20, within ([\d.]+) % of a cycle \|.* (\d+) \|$", text, re.MULTILINE)
+    assert tops == [("1", "0"), ("2.5", "3"), ("5", "12")]
     assert {path.name for path in tmp_path.glob("*.svg")} == set(re.findall(r"\]\(([\w-]+\.svg)\)", text))
 
 
@@ -422,7 +423,7 @@ def test_every_statement_can_be_supported_and_can_be_contradicted_where_the_pape
     restless.short.update({(scene, "exudyn"): other.short[scene, "exudyn"] for scene in runs.SCENES})
     held = claims.judge_all(solved(favourable, bare=2.0, stable=1.1))
     off = claims.judge_all(solved(restless, bare=1.1, stable=2.0))
-    assert held["id"].nunique() == len(claims.CLAIMS) == 47
+    assert held["id"].nunique() == len(claims.CLAIMS) == 48
     decidable = {claim["id"] for claim in claims.CLAIMS if "reason" not in claim}
     for rows, said in ((held, SUPPORTED), (off, CONTRADICTED)):
         first = rows.drop_duplicates("id").set_index("id")["verdict"]
