@@ -35,8 +35,6 @@ def runs(model, drawn, which=slice(None)):
     return results
 
 
-# ------------------------------------------------------------------ without clearances
-
 ROUNDING, KINK = 1e-9, 2e-8
 """In SI units, and of a quantity's scale: the oracle's own error, and that with a table of torques.
 
@@ -110,8 +108,6 @@ def test_random_linkages_make_no_silent_error(kind, model):
     assert sum(moving(kind, i)[2] < np.inf for i in cases) >= count // 5
     assert not {i: lines for i, lines in wrong.items() if lines}
 
-
-# ------------------------------------------------------------------ with clearances
 
 # Relative errors of the program's events: it sees peaks at the ends of its steps' parts.
 EVENTS = {"start": 1e-7, "end": 1e-7, "normal_speed": 1e-7, "impulse": 1e-7, "peak_force": 1e-3,

@@ -70,9 +70,6 @@ def test_runs_that_fail_in_any_way_are_rows_and_only_what_befell_a_process_is_tr
     assert lines(here) == before + 1
 
 
-# ---- a cluster
-
-
 @pytest.mark.slow
 def test_a_cluster_gives_the_same_table(here):
     distributed = pytest.importorskip("distributed")
