@@ -446,7 +446,6 @@ class Bodies:
         return change, power + look.drift @ look.carried, damped
 
     def sample(self, look, sums):
-        """Return the columns of one moment."""
         scene, row, gravity = self.scene, {}, self.scene["environment"]["gravity"]
         forces = [contact.force(*gap) for contact, gap in zip(self.contacts, look.gaps, strict=True)]
         self.accelerate(look, forces)

@@ -25,7 +25,6 @@ def model(request):
 
 
 def runs(model, drawn, which=slice(None)):
-    """Return the results of a model at some of its settings."""
     section, key, factors = REFINED[model]
     results = []
     for factor in factors[which]:
