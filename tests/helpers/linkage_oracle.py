@@ -27,8 +27,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 CORNERS = {"ll": (-1, 1), "lr": (-1, -1), "ul": (1, 1), "ur": (1, -1)}
 """Sides of a corner along the guide's direction and along its normal."""
-SINGULAR = 1e-3
-"""Smallest singular value over that of the start: there a run ends."""
+SINGULAR = 1e-3  # smallest singular value over that of the start: there a run ends
 
 
 class LostError(ArithmeticError):

@@ -45,8 +45,7 @@ QUANTITIES = ["x y", "angle", "vx vy", "omega", "ax ay", "alpha", FORCES, "momen
 # A smooth motion of each kind, a change point and a lock of two; by speed, freely, by torques and tables.
 FEW = [("four-bar", 0), ("four-bar", 3), ("four-bar", 1), ("slider-crank", 5), ("slider-crank", 8),
        ("slider-crank", 6), ("watt", 12), ("stephenson", 17)]  # fmt: skip
-MORE = {"watt": (10, 13), "stephenson": (15, 18)}
-"""Change points and locks of six-bars."""
+MORE = {"watt": (10, 13), "stephenson": (15, 18)}  # change points and locks of six-bars
 
 
 @functools.cache
