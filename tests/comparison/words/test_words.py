@@ -2,12 +2,11 @@
 
 import dataclasses
 import math
-import re
-from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
+from contact_tables import contacts_of
+from doc_pages import ROOT, block
 
 from comparison.accuracy.refine import Limit
 from comparison.cli.console import Lines
@@ -17,16 +16,7 @@ from comparison.verdict.results import SceneComparison
 from comparison.words.differences import instant_of
 from comparison.words.verdicts import card
 
-PAGE = Path(__file__).parents[3] / "docs" / "accuracy.md"
-EVENTS = pd.DataFrame(
-    [
-        ("ul", 0.010, 0.011),
-        ("ll", 0.010, 0.012),
-        ("pin", 0.040, 0.050),
-        ("ll", 0.045, 0.046),
-    ],
-    columns=["corner", "start", "end"],
-)
+EVENTS = contacts_of(("ul", 0.01, 0.011), ("ll", 0.01, 0.012), ("pin", 0.04, 0.05), ("ll", 0.045, 0.046))
 
 
 @pytest.mark.parametrize(
@@ -61,10 +51,9 @@ def test_cycle_and_angle_of_the_crank_follow_the_scene(speed, angle):
 
 @pytest.mark.usefixtures("own_cache")
 def test_the_page_has_every_reason_and_its_python_runs(capsys):
-    text = PAGE.read_text("utf-8")
+    text = (ROOT / "docs" / "accuracy.md").read_text("utf-8")
     assert [limit for limit in Limit if f"`{limit}`" not in text] == []
-    (block,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    exec(block, {"__name__": "__main__"})  # our own text
+    exec(block("docs/accuracy.md", "python"), {"__name__": "__main__"})  # our own text
     kept, coverage, largest, _ = capsys.readouterr().out.split()
     assert kept == "True"
     assert 0.5 < float(coverage) <= 1.0

@@ -1,12 +1,12 @@
 """Tables that once were misread or refused (others: test_dialects), and which column is which channel."""
 
 import math
-import re
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from doc_pages import block
 from foreign_tables import put, read_pair, refused, text
 from hypothesis import given
 from hypothesis import strategies as st
@@ -114,8 +114,7 @@ def test_what_a_mapping_does_not_name_is_left_out_of_both_tables_and_listed():
 
 
 def test_the_mapping_of_the_guide_with_channels_of_its_own_is_one():
-    guide = (Path(__file__).parents[4] / "docs" / "foreign-tables.md").read_text("utf-8")
-    dialect, _, own, _ = re.findall(r"```toml\n(.*?)```", guide, re.DOTALL)
+    dialect, own = (block("docs/foreign-tables.md", "toml", number) for number in (0, 2))
     stated = load_mapping(put("map.toml", dialect)).dialect
     assert stated.model_fields_set == Dialect.model_fields.keys()
     assert load_mapping(put("map.toml", own)).channels.keys() == {"knee", "knee_speed", "hip_moment"}
