@@ -158,7 +158,7 @@ BOUNCES = {
 
 
 @pytest.mark.parametrize("variant", ["reference-minimal", "exudyn-full", "exudyn-index2", "exudyn-tree"])
-def test_it_starts_centred_and_touches_where_its_distance_is_the_clearance(run, variant):
+def test_the_journal_starts_centred_and_touches_where_its_distance_is_the_clearance(run, variant):
     """And its table of contacts is that of the samples."""
     simulated = run(variant, "crank-pin", BOUNCES)
     columns, time = simulated.columns, simulated.columns["time"]
