@@ -4,8 +4,7 @@ import shutil
 from dataclasses import replace
 
 import pytest
-from bouncing_press import make_scene
-from half_sines import half_sines
+from bouncing_press import half_sines, make_scene
 from outline import page
 from playwright.sync_api import sync_playwright
 
@@ -58,7 +57,6 @@ def report(comparisons, tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def browser():
-    """The machine's own Chromium."""
     if CHROMIUM is None:
         pytest.skip("no Chromium on this machine (Debian: apt-get install chromium)")
     with sync_playwright() as driver:

@@ -113,8 +113,6 @@ def test_drawings_stand_in_for_the_plots_in_print_and_without_scripts(show):
         assert page.locator("#fault .viewer").is_visible() != drawn
 
 
-# ---- what a reader sees of each kind of verdict: named, first, in words and numbers
-
 MOVED = ["slider_x, |E|/2u (99%) = ", "the difference is -1e-06 m"]
 ORDER = ["crashed", "fault", "confirmed", "undecided", "press", "underestimated"]
 

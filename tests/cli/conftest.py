@@ -6,6 +6,7 @@ Most commands are given in this process, as ``comparison.cli.main([...])``, whic
 import io
 import json
 import os
+import shutil
 import subprocess
 import sys
 from contextlib import redirect_stderr, redirect_stdout
@@ -13,6 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree as ET
 
+import fake_model
 import pytest
 from installed import write_package
 from platformdirs import user_cache_path
@@ -66,7 +68,6 @@ class Sixbar:
         return self.last
 
     def start(self, *arguments, env=None, **options):
-        """Start a command as a process."""
         path = os.pathsep.join([*self.sites, *filter(None, [os.environ.get("PYTHONPATH")])])
         environment = os.environ | self.environment | {"PYTHONPATH": path} | (env or {})
         options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "cwd": self.folder} | options
@@ -143,6 +144,7 @@ def make(tmp_path_factory):
     Machine code may come from where the user's own runs left it: only the first run of a version compiles.
     """
     source, site = Path(__file__).with_name("presses.py").read_text("utf-8"), tmp_path_factory.mktemp("site")
+    shutil.copy(fake_model.__file__, site)
     write_package(site, "presses", source, {name: f"presses:{name}" for name in ("alpha", "beta", "gamma")})
     kernels = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("SIXBAR_CACHE_DIR") or user_cache_path()
     cache = tmp_path_factory.mktemp("cache")

@@ -9,6 +9,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+from fake_model import signals
 
 STOPPED = {
     "fail": ("newton-failed", "try a smaller step"),
@@ -17,30 +18,11 @@ STOPPED = {
 
 
 def motion(scene, error, does):
-    per_cycle, drive = scene["output"]["samples_per_cycle"], scene["drive"]
-    period = 60 / abs(drive["speed_rpm"])
-    t = np.arange(round(drive["cycles"] * per_cycle) + 1) * period / per_cycle
-    w, clearance, half = 2 * np.pi / period, scene["clearance"]["slider"], 0.035
-    # As the error of a method: it depends on the time, and vanishes with the tolerance.
-    size = 1 + error * (1 + np.cos(w * t)) + (1e-3 if does == "differ" else 0)
-    # A start that is moved is followed, so that neighbouring runs are neighbours.
-    x = clearance * size * np.sin(w * t) + scene["initial"]["slider_offset"]
-    vx, ax = clearance * size * w * np.cos(w * t), -clearance * size * w**2 * np.sin(w * t)
-    columns = {
-        "time": t,
-        "slider_x": scene["mechanism"]["guide_x"] + x,
-        "slider_y": 0.1 * np.cos(w * t) + 0.2 * x,
-        "slider_angle": scene["initial"]["slider_angle"] + x / half,
-        "slider_vx": vx,
-        "slider_vy": -0.1 * w * np.sin(w * t) + 0.2 * vx,
-        "slider_omega": vx / half,
-    }
-    if "accelerations" in scene["output"]["groups"]:  # as reliability has them
-        columns |= {
-            "slider_ax": ax,
-            "slider_ay": -0.1 * w**2 * np.cos(w * t) + 0.2 * ax,
-            "slider_alpha": ax / half,
-        }
+    """The other fake's motion from a start that is followed, so that neighbouring runs are neighbours."""
+    columns, x = signals(scene, error, 1e-3 * (does == "differ")), scene["initial"]["slider_offset"]
+    columns["slider_x"] += x
+    columns["slider_y"] += 0.2 * x
+    columns["slider_angle"] += scene["initial"]["slider_angle"] + x / 0.035
     if does == "nan":
         columns["slider_vy"][7] = np.nan
     if does == "lacks":

@@ -91,9 +91,6 @@ def test_the_common_time_is_that_of_the_compared_rows():
             assert f"compared from 0 to {end} s" in "".join(result.warnings)
 
 
-# Events: two rows of one time
-
-
 def events(time, at, after=99.0, written="{!r}"):
     """Return the text of a table that has at one of its rows a second one with another value."""
     lines = ["time,x"]
@@ -134,8 +131,6 @@ def test_both_rows_of_an_event_are_compared(first, second, verdict, sixbar):
         assert compare(*pair, tolerance=1e-3, at_events="both").verdict == verdict
     assert compare(a, a, tolerance=1e-3, at_events="both").verdict == "agree"
 
-
-# Folders, and files beside a table
 
 ROWS = "time,x\n0,1\n1,2\n2,3\n"
 OTHERS = ROWS.replace("1,2", "1,9")

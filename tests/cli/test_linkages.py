@@ -2,7 +2,6 @@
 
 import json
 import re
-from math import cos, pi, sin
 from pathlib import Path
 
 import pytest
@@ -91,18 +90,6 @@ def test_tables_of_a_linkage_are_compared_plotted_and_swept(sixbar):
     assert "max:drive.torque" in lines[0]
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        "run four-bar --model reference --check --out x.csv",
-        "validate four-bar --accuracy 1e-8",
-        "settings four-bar",
-    ],
-)
-def test_what_only_the_press_has_is_refused(command, sixbar):
-    sixbar.refused(command, "scene 'four-bar'", "is for the press alone")
-
-
 def test_linkages_are_listed_apart(sixbar):
     press, linkages = sixbar("scenes").out.split("\n\n")
     assert "squeezer" in linkages
@@ -138,13 +125,6 @@ solver.exudyn = { step = 1e-2 }
 def test_a_mistake_in_a_linkage_is_one_line(sixbar, text, message):
     sixbar.write("own.toml", text)
     sixbar.refused("plan own.toml", message)
-
-
-def test_the_plan_says_where_the_bodies_start(sixbar):
-    for plan in json.loads(sixbar("plan", "four-bar", "--json").out):
-        assert plan["start"]["crank"] == pytest.approx((0.05 * cos(pi / 6), 0.05 * sin(pi / 6), pi / 6))
-    said = sixbar("plan", "four-bar").out
-    assert said.count("start       crank: (0.0433013, 0.025) m, 30 deg") == 2
 
 
 def test_a_guess_that_is_not_followed_is_named(sixbar):

@@ -5,14 +5,11 @@ import pytest
 from scipy.io import savemat
 from scipy.stats import norm
 
-CYCLE = 0.5
-"""Of the crank, s."""
-TIME = np.arange(1001) * 1e-3
-"""Two cycles."""
+CYCLE = 0.5  # of the crank, s
+TIME = np.arange(1001) * 1e-3  # two cycles
 PHASE = 4 * np.pi * TIME
 Y, VY, AY = 0.1 * np.sin(PHASE), 0.4 * np.pi * np.cos(PHASE), -1.6 * np.pi**2 * np.sin(PHASE)
-RAMP = np.append(100 * np.mod(TIME[:-1], CYCLE) / CYCLE, 100)
-"""Error of acceleration, m/s^2, in every cycle."""
+RAMP = np.append(100 * np.mod(TIME[:-1], CYCLE) / CYCLE, 100)  # error of acceleration, m/s^2, in every cycle
 OFF = {"t": TIME, "y": 1e3 * (Y + 5e-5), "acc": 1e3 * (AY + RAMP)}
 MAPPING = """
 columns.t = { channel = "time", unit = "s" }

@@ -114,17 +114,6 @@ def test_a_new_scene_is_the_one_it_was_made_from_until_it_is_changed(source, six
     assert f"changed from 150rpm-0.2mm: {changed} reference:" in " ".join(" ".join(said).split())
 
 
-def test_a_plan_names_what_is_changed_integrated_and_left_out(sixbar):
-    ended = sixbar("plan", "150rpm-0.2mm", "--set", "drive.cycles=1", "--set", "drive.cycles=3")
-    assert ended.lines[0].startswith("150rpm-0.2mm+drive.cycles=3: 3 cycles at 150 rpm, 21 channels")
-    assert all(f"\n{model}: " in ended.out for model in ("reference", "exudyn"))
-    assert ended.out.count("contact at the crank pin: joints.crank_pin is ideal") == 2
-    assert ended.err == ""
-    err = sixbar("plan", "150rpm-0.2mm", "--set", "initial.slider_offset=3e-4").err
-    assert err.startswith("sixbar: warning: initial.slider_offset = 0.0003 m")  # it starts in the wall
-    assert err.count("\n") == 1
-
-
 def test_a_scene_extends_others_and_is_changed_last(sixbar):
     """The nearest value of a key counts: that of ``--set``, of the file, of the one that it extends."""
     parent = '[scene]\nextends = "90rpm-0.1mm"\ntitle = "T"\n[drive]\ncycles = 3\nspeed_rpm = 80\n'
@@ -264,7 +253,6 @@ def test_the_settings_that_are_recommended_run(sixbar):
 
 def test_a_sweep_over_a_grid_a_list_or_a_latin_hypercube(sixbar):
     def swept(out, *options):
-        """Run a sweep and return what it said, and the rows of its table."""
         command = ["study", "sweep", sixbar.press("one"), "--jobs", "1", "-q", "--output", "end:slider_x"]
         ended = sixbar(*command, *options, "--out", out)
         assert ended.lines[-1] == f"{out}/sweep.csv"

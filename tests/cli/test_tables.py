@@ -1,11 +1,7 @@
 """Tables of other programs: what is read, in which units and by which names, and what is refused.
 
-Most have three columns, time, x and v. The files of ``cases`` were once misread, dropped or refused: each
-stands for a kind, and a table that differs from itself by nothing agrees.
+Most have three columns, time, x and v.
 """
-
-import re
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -13,42 +9,8 @@ import pytest
 
 from sixbar import compare
 
-CASES = Path(__file__).with_name("cases")
 TIME = np.arange(11) * 0.1
 X, V = np.sin(TIME).round(6), np.cos(TIME).round(6)
-READ = [  # two tables, a mapping, the verdict by a tolerance of 1e-3, words of warnings and results
-    ("tables/qt_a.csv", "tables/qt_b.csv", None, "differ", "at worst at t = 0 s"),
-    ("tables/ff_a.txt", "tables/ff_b.txt", None, "differ", "at worst at t = 0 s"),
-    ("tables/os_a.csv", "tables/os_b.csv", None, "agree", "'8 real output' beside thrust is not a unit"),
-    ("tables/lc.csv", "tables/lc.csv", None, "agree", "F agree"),
-    ("dropped/title_a.txt", "dropped/title_b.csv", None, "agree", "y agree"),
-    ("dropped/title_c.csv", "dropped/title_d.csv", None, "agree", "line 2 is taken for a title: 'Time,1"),
-    ("dropped/bom_a.csv", "dropped/bom_a.csv", "dropped/bom_map.toml", "agree", "x agree"),
-]  # fmt: skip
-REFUSED = [
-    ("tables/nan_a.out", "tables/nan_b.out", "'ratio' is not a number in line 4: '1.#QNAN'"),
-    ("tables/ep_a.csv", "tables/ep_b.csv", "1700000000 to 1700000000.2 s and b"),
-    ("dropped/multi_a.csv", "dropped/multi_b.csv", "line 1, above the names, may be names or units"),
-    ("dropped/unit_a.csv", "dropped/unit_b.csv", "'x' states 'mm' beside its name and 'm' below"),
-]
-
-
-@pytest.mark.parametrize(("a", "b", "mapping", "verdict", "words"), READ)
-def test_a_table_that_was_misread_is_read(a, b, mapping, verdict, words):
-    result = compare(CASES / a, CASES / b, tolerance=1e-3, mapping=mapping and CASES / mapping)
-    said = [
-        f"{name} {channel.verdict}, at worst at t = {channel.time[channel.worst or 0]:g} s"
-        for name, channel in result.channels.items()
-    ]
-    assert result.verdict == verdict
-    assert words in "\n".join([*result.warnings, *said])
-
-
-@pytest.mark.parametrize(("a", "b", "words"), REFUSED)
-def test_a_table_of_two_readings_is_refused_in_one_line(a, b, words):
-    with pytest.raises(ValueError, match=re.escape(words)) as refused:
-        compare(CASES / a, CASES / b, tolerance=1e-3)
-    assert "\n" not in str(refused.value)
 
 
 def rows(columns=(TIME, X, V)):

@@ -23,14 +23,7 @@ def _progress_without_time(monkeypatch):
 
 
 @pytest.fixture
-def gravity():
-    """The gravities that select what a fake model does."""
-    return model.GRAVITY
-
-
-@pytest.fixture
 def elsewhere(tmp_path, monkeypatch):
-    """The working folder is a temporary one."""
     monkeypatch.chdir(tmp_path)
 
 

@@ -28,9 +28,6 @@ PAGES = sorted((ROOT / "docs").glob("*.md"))
 FENCE = re.compile(r"^```([^\n`]*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 
 
-# ---- README and reports
-
-
 def test_the_verdicts_and_rates_are_those_of_the_reports():
     pages = {path: (REPORTS / path).read_text("utf-8") for path in (f"{name}/README.md" for name in NAMES)}
     text = study.generated(pages)
@@ -81,9 +78,6 @@ def test_every_file_that_the_readme_names_exists():
         assert (ROOT / (name[0] or name[1])).exists(), name
 
 
-# ---- pages
-
-
 @pytest.mark.parametrize(
     "page", [*PAGES, ROOT / "CONTRIBUTING.md", ROOT / "README.md"], ids=lambda page: page.name
 )
@@ -123,9 +117,6 @@ def test_every_block_of_code_is_run_by_a_test_or_cannot_be():
 def test_the_pictures_are_those_that_their_functions_draw():
     for name, draw in pictures.PICTURES.items():
         assert (ROOT / "docs" / name).read_text("utf-8") == draw()
-
-
-# ---- the site
 
 
 def test_every_command_has_its_help_in_the_reference():

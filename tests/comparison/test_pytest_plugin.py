@@ -1,23 +1,18 @@
 """The fixture for other people's tests, and the recipes of docs/ci.md: they pass as they are written."""
 
-import re
 import shutil
 import subprocess
 import sys
 import tomllib
-from importlib.resources import files
-from pathlib import Path
 
 import pytest
+from doc_pages import ROOT, block
 
 # What the plugin imports where it is used: pytest inside pytest forgets what it has imported itself.
 from comparison.report import page  # noqa: F401
 from comparison.tables.table_files import write
 from comparison.verdict import recorded  # noqa: F401
 
-ROOT = Path(str(files("comparison"))).parent
-TEXT = (ROOT / "docs" / "ci.md").read_text("utf-8")
-BLOCKS = dict(re.findall(r"^## ([^\n]+)\n(.*?)(?=^## |\Z)", TEXT, re.DOTALL | re.MULTILINE))
 EXAMPLE = """
 import subprocess, sys
 
@@ -25,11 +20,6 @@ def test_press(assert_agree, tmp_path):
     subprocess.run([sys.executable, "simulate.py", tmp_path / "result.csv"], check=True)
     assert_agree("tables/new.csv", tmp_path / "result.csv", tolerance=1e-3)
 """
-
-
-def block(section, language):
-    (code,) = re.findall(rf"```{language}\n(.*?)```", BLOCKS[section], re.DOTALL)
-    return code
 
 
 @pytest.fixture(autouse=True)
@@ -47,7 +37,7 @@ def run(pytester, *options, **outcomes):
 
 
 def test_the_tests_of_the_recipe_pass_and_others_fail_with_the_verdict(pytester, make_table):
-    pytester.makepyfile(block("A test of your own", "python"))
+    pytester.makepyfile(block("docs/ci.md", "python"))
     for stretch, outcomes in ((1e-6, {"passed": 2}), (1e-3, {"passed": 1, "failed": 1})):
         write(make_table(), pytester.path / "reference.csv")
         write(make_table(stretch=stretch), pytester.path / "mine.csv")

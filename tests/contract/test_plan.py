@@ -37,6 +37,7 @@ def test_the_model_records_the_formulation_that_was_planned(model, joints, group
     assert bool(made.contacts) == bool(clearances)
     left = " ".join(what for what, _ in made.left_out)
     assert ("reactions" in left) == (groups == [])
+    assert ("contact at the crank pin" in left) == (joints in ("slider", "none"))
 
 
 def test_a_larger_formulation_of_the_reference_runs_on_request():

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from comparison.accuracy.uncertainty import Runs
+from comparison.metrics import Pulse
 from comparison.scene import load_scene
 from comparison.tables.table import Table
 from comparison.verdict.compare import compare
@@ -115,7 +116,6 @@ def make_scene(name="press", alter=lambda columns: columns, tier="standard"):
 
 
 def stretched(channel, times):
-    """Return a channel whose samples are repeated so many times."""
     n = times * (len(channel.time) - 1) + 1
     arrays = {
         field.name: np.resize(getattr(channel, field.name), n)
@@ -123,3 +123,20 @@ def stretched(channel, times):
         if isinstance(getattr(channel, field.name), np.ndarray)
     }
     return replace(channel, **(arrays | {"time": np.arange(n) * channel.time[1]}))
+
+
+def half_sines(scene):
+    """Contacts resolved in time, as a linear spring gives them: half a sine up to the event table's peak."""
+    first, second = (
+        []
+        if events is None
+        else [
+            Pulse(row, phase * (end - start), peak * np.sin(np.pi * phase))
+            for row, (start, end, peak) in enumerate(
+                events[["start", "end", "peak_force"]].itertuples(index=False)
+            )
+        ]
+        for phase in [np.linspace(0.0, 1.0, 25)]
+        for events in scene.events
+    )
+    return first, second

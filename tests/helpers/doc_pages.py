@@ -8,7 +8,6 @@ ROOT = Path(__file__).parents[2]
 
 
 def blocks(page):
-    """Return the language and the text of each block of a page."""
     text = (ROOT / page).read_text("utf-8")
     return re.findall(r"^```(\w+)\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
 
@@ -18,7 +17,6 @@ def block(page, language, number=0):
 
 
 def commands(page, number=0):
-    """Return the arguments of each line of a block of commands."""
     lines = [shlex.split(line) for line in block(page, "sh", number).splitlines()]
     assert {words[0] for words in lines} == {"sixbar"}
     return [words[1:] for words in lines]

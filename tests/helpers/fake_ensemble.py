@@ -30,10 +30,8 @@ class Fake:
     scene: Scene
     draw: Callable[[np.random.Generator], float]
     """Relative error, late in the run, of one whose start was moved."""
-    bias: tuple[float, float] = (0.0, 0.0)
-    """Of either model, late in the run, whatever the start."""
-    succeed: int | None = None
-    """How many runs of an ensemble do; None: all."""
+    bias: tuple[float, float] = (0.0, 0.0)  # of either model, late in the run, whatever the start
+    succeed: int | None = None  # how many runs of an ensemble do; None: all
 
     def table(self, late, everywhere=0.0):
         data = self.scene.data

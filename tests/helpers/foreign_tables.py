@@ -17,7 +17,6 @@ FRAME = pd.DataFrame(
 
 
 def text(header):
-    """The frame in ms, mm and deg."""
     columns = FRAME["time"] * 1e3, FRAME["slider_y"] * 1e3, np.degrees(FRAME["slider_angle"])
     rows = (",".join(repr(float(v)) for v in row) for row in zip(*columns, strict=True))
     return "\n".join([header, *rows, ""])

@@ -33,8 +33,7 @@ VALUES = {
 }
 CASES = ((2, 0.0), (3, 0.0), (3, 0.02), (13, 0.0))
 """Of `random_scene`, seed and fault: both tiers; 13 is indeterminate, a faulty one differs."""
-PERIOD = 0.4
-"""Of the random tables, s: that of the scene 150rpm-0.2mm."""
+PERIOD = 0.4  # of the random tables, s: that of the scene 150rpm-0.2mm
 
 
 class Judged(NamedTuple):

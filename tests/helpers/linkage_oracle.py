@@ -27,8 +27,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 CORNERS = {"ll": (-1, 1), "lr": (-1, -1), "ul": (1, 1), "ur": (1, -1)}
 """Sides of a corner along the guide's direction and along its normal."""
-SINGULAR = 1e-3
-"""Smallest singular value over that of the start: there a run ends."""
+SINGULAR = 1e-3  # smallest singular value over that of the start: there a run ends
 
 
 class LostError(ArithmeticError):
@@ -446,7 +445,6 @@ class Bodies:
         return change, power + look.drift @ look.carried, damped
 
     def sample(self, look, sums):
-        """Return the columns of one moment."""
         scene, row, gravity = self.scene, {}, self.scene["environment"]["gravity"]
         forces = [contact.force(*gap) for contact, gap in zip(self.contacts, look.gaps, strict=True)]
         self.accelerate(look, forces)

@@ -165,7 +165,6 @@ class Engine:
         return -self.contacts(y[:15], y[15:30])[k][0]
 
     def height(self, y):
-        """Energy of height, J."""
         return self.g * self.masses @ y[1:15:3]
 
     def channels(self, y, start):

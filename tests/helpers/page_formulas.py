@@ -233,7 +233,6 @@ def power_load(P_1, h_1, q, h):
 
 
 def partners(number):
-    """Return a material's number of slider and guide."""
     return (number["slider"], number["guide"]) if isinstance(number, dict) else (number, number)
 
 

@@ -27,7 +27,6 @@ HANGS = {
 
 
 def scene(kind, i):
-    """Return the complete mapping of one random scene."""
     rng = np.random.default_rng([zlib.crc32(kind.encode()), i])
     case, k = CASES[i % 5], i // 5
     drive = DRIVES[(k + i) % 4] if case == "smooth" else "speed"
@@ -258,7 +257,6 @@ def clearance(rng, drawn, name, moves):
 
 
 def laws(rng):
-    """Return a contact law and friction."""
     law = "adams-impact" if rng.random() < 0.3 else "hertz-corners"
     contact = {"law": law, "youngs_modulus": 10 ** rng.uniform(9, 11), "poisson": rng.uniform(0.2, 0.4)}
     models = ["lankarani-nikravesh", "hunt-crossley", "flores", "gonthier"]

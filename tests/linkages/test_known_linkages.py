@@ -49,8 +49,6 @@ def require_second_order(model, steps, errors):
         np.testing.assert_allclose(order, 2.0, atol=0.05)
 
 
-# ------------------------------------------------------------------ published
-
 # Angles of the squeezer at 0.03 s, rad: beta, theta, gamma, phi, delta, omega, epsilon
 ENDED = (15.81077119629904, -15.75637105984298, 0.04082224013073101, -0.5347301163226948, 0.5244099658805304,
          0.5347301163226948, 1.048080741042263)  # fmt: skip
@@ -108,8 +106,6 @@ def test_the_double_four_bar_ends_where_its_rods_lie_down(model, setting, residu
     assert (len(result.events["start"]) > 3) == bool(beside)
     assert (result.events["start"] <= at).all()
 
-
-# ------------------------------------------------------------------ closed forms
 
 PENDULUM = """
 body.arm = { mass = 2.0, inertia = 0.1, centroid = [-0.24, 0.32], points = { O = [0, 0] } }
@@ -262,9 +258,6 @@ def test_a_prescribed_motion_knows_its_work_past_a_sharp_force(run):
     assert np.abs(run("reference_model", 1e-11, text).columns["energy_residual"]).max() < 1e-8
 
 
-# ------------------------------------------------------------------ contacts
-
-
 @pytest.mark.parametrize(("model", "setting"), [("reference_model", 1e-10), ("exudyn_model", 1e-6)])
 def test_contacts_that_are_closed_at_the_start_begin_there(model, setting, run):
     """On the wall and moving in: two corners at once, and a journal."""
@@ -322,9 +315,6 @@ def test_two_free_bodies_in_contact_keep_their_momenta_and_their_energy(model, s
     lost = columns["energy_damping"] + columns["energy_friction"]
     np.testing.assert_allclose(energy[0] - energy - columns["energy_contact"], lost, atol=1e-5 * energy[0])
     assert columns["energy_friction"][-1] > 1e-3 * energy[0]
-
-
-# ------------------------------------------------------------------ channels, plans, refusals
 
 
 @EACH

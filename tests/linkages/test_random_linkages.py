@@ -25,7 +25,6 @@ def model(request):
 
 
 def runs(model, drawn, which=slice(None)):
-    """Return the results of a model at some of its settings."""
     section, key, factors = REFINED[model]
     results = []
     for factor in factors[which]:
@@ -34,8 +33,6 @@ def runs(model, drawn, which=slice(None)):
         results.append(importlib.import_module(model).simulate(setting))
     return results
 
-
-# ------------------------------------------------------------------ without clearances
 
 ROUNDING, KINK = 1e-9, 2e-8
 """In SI units, and of a quantity's scale: the oracle's own error, and that with a table of torques.
@@ -48,8 +45,7 @@ QUANTITIES = ["x y", "angle", "vx vy", "omega", "ax ay", "alpha", FORCES, "momen
 # A smooth motion of each kind, a change point and a lock of two; by speed, freely, by torques and tables.
 FEW = [("four-bar", 0), ("four-bar", 3), ("four-bar", 1), ("slider-crank", 5), ("slider-crank", 8),
        ("slider-crank", 6), ("watt", 12), ("stephenson", 17)]  # fmt: skip
-MORE = {"watt": (10, 13), "stephenson": (15, 18)}
-"""Change points and locks of six-bars."""
+MORE = {"watt": (10, 13), "stephenson": (15, 18)}  # change points and locks of six-bars
 
 
 @functools.cache
@@ -110,8 +106,6 @@ def test_random_linkages_make_no_silent_error(kind, model):
     assert sum(moving(kind, i)[2] < np.inf for i in cases) >= count // 5
     assert not {i: lines for i, lines in wrong.items() if lines}
 
-
-# ------------------------------------------------------------------ with clearances
 
 # Relative errors of the program's events: it sees peaks at the ends of its steps' parts.
 EVENTS = {"start": 1e-7, "end": 1e-7, "normal_speed": 1e-7, "impulse": 1e-7, "peak_force": 1e-3,

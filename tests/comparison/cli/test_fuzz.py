@@ -30,7 +30,6 @@ costly = settings(many, max_examples=EXAMPLES // 3)
 
 @pytest.fixture(scope="module")
 def codes(request):
-    """Count inputs by the exit code that they had."""
     tried = Counter()
     yield tried
     with request.config.pluginmanager.getplugin("capturemanager").global_and_fixture_disabled():

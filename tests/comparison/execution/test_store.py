@@ -1,16 +1,19 @@
-"""The store of runs and rows: what is damaged is not used, what nobody uses is dropped."""
+"""The store of runs: what is damaged is not used, what nobody uses goes; files are whole or as before."""
 
+import errno
 import json
 import logging
 import os
 import random
 import stat
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from comparison.execution.store import drop_unused, fetch, fetch_row, keep, keep_file, keep_row
+from comparison.files import replacing, replacing_in
 from comparison.tables.table import Table
 
 KEY = "0" * 64
@@ -47,7 +50,6 @@ def test_a_run_is_found_as_it_was_stored_and_is_this_users_alone(stored, make_ta
 
 
 def damaged(content, how):
-    """Return a content with a bit changed, or cut off."""
     at = how.randrange(len(content))
     changed = bytes([content[at] ^ (1 << how.randrange(8))])
     return content[:at] + how.choice([changed + content[at + 1 :], b""])
@@ -89,3 +91,36 @@ def test_what_nobody_used_in_a_month_is_dropped_and_nothing_else(cache, make_tab
     drop_unused()
     assert [path.exists() for path in files] == [False, True, True, False, False]
     assert fetch(KEY) is not None
+
+
+def test_an_error_of_writing_names_the_file(tmp_path):
+    """The system's own error on a full disk names none."""
+    with pytest.raises(OSError, match="No space") as full, replacing(tmp_path / "a.csv"):
+        raise OSError(errno.ENOSPC, "No space left on device")
+    assert full.value.filename == str(tmp_path / "a.csv")
+
+
+@pytest.mark.usefixtures("elsewhere")
+@pytest.mark.parametrize("failing", ["b", "sub/c"])
+def test_files_of_one_folder_are_replaced_together_or_not_at_all(failing):
+    """Moving the last, to a folder with content or below a file, fails after the others have moved."""
+    folder = Path("folder")
+    folder.mkdir()
+    (folder / "a").write_text("old")
+    (folder / "b" / "c").mkdir(parents=True)
+    (folder / "sub").write_text("old")
+    before = {path: path.read_text() for path in folder.rglob("*") if path.is_file()}
+
+    def write(*names):
+        with replacing_in(folder) as part:
+            for name in names:
+                (part / name).parent.mkdir(exist_ok=True)
+                (part / name).write_text("new")
+
+    with pytest.raises(OSError, match="folder") as refused:
+        write("0", "a", failing)
+    assert str(refused.value.filename).startswith("folder/")
+    assert {path: path.read_text() for path in folder.rglob("*") if path.is_file()} == before
+    write("a", "other/c")
+    assert (folder / "a").read_text() == (folder / "other" / "c").read_text() == "new"
+    assert not list(folder.glob(".*"))

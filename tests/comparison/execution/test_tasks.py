@@ -102,9 +102,6 @@ def test_one_that_is_late_is_a_row_and_preparing_may_take_ten_times_as_long(tmp_
     }
 
 
-# Worker processes
-
-
 def do(_task, report):
     """Return the process, and what it inherited."""
     for share in (-1.0, 0.5, 2.0):

@@ -3,7 +3,6 @@
 import numpy as np
 import pandas as pd
 import pytest
-from contact_tables import contacts_of
 from hypothesis import example, given
 from hypothesis import strategies as st
 
@@ -18,7 +17,6 @@ from comparison.metrics import (
     parting_contact,
     peaks,
     pulses_of,
-    time_shares,
 )
 from comparison.tables.table import Table
 
@@ -56,9 +54,6 @@ def test_the_peak_of_a_position_is_sought_from_its_mean():
     assert measures(TIME, a, b, position=False)["peak_a"] == pytest.approx(-0.5502, abs=1e-9)
 
 
-# A run held against an ensemble
-
-
 def test_left_out_members_are_held_against_the_others_and_a_run_against_all():
     members, run = np.split(np.random.default_rng(0).normal(size=(9, 5)) ** 3, [8])
     floor = np.full(5, 0.5)
@@ -82,21 +77,6 @@ def test_what_an_ensemble_does_not_exclude_its_uncertainty_explains(members, sid
     u = np.maximum(ENSEMBLE_FACTOR * np.abs(ensemble).max(axis=0), 1e-3)
     of_members, of_run = distances(ensemble, side * thresholds().k * u, u)
     assert of_run >= of_members.max() * (1 - 1e-12)
-
-
-@pytest.mark.parametrize(
-    ("rows", "eighths"),
-    [
-        ([("lr", 1, 5), ("ur", 5, 6)], [3, 5, 0, 0]),  # touching ends: never both
-        ([("ll", 1, 6), ("ul", 2, 5), ("ur", 4, 7)], [2, 2, 2, 2]),  # three corners touch both walls
-        # Contacts outside the run do not count, nor those at no corner.
-        ([("ll", -1, 1), ("ur", 7, 9), ("pin", 1, 4)], [6, 2, 0, 0]),
-    ],
-)
-def test_the_shares_of_time_in_each_situation(rows, eighths):
-    shares = [*time_shares(contacts_of(*rows), (0.0, 8.0)).values()]
-    # Sums of at most some ten quotients of binary fractions: a few units of the last place.
-    assert shares == pytest.approx([n / 8 for n in eighths], rel=0, abs=1e-15)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 from comparison.execution.run import Job, run_key
-from comparison.files import json_text
 from comparison.models import (
     ROOT,
     EngineError,
@@ -21,8 +20,6 @@ from comparison.models import (
     load,
 )
 from comparison.scene import load_scene
-from comparison.verdict.validate import validate
-from comparison.words.record import as_mapping
 
 
 @pytest.mark.parametrize(
@@ -111,24 +108,6 @@ def test_every_file_in_a_closure_counts_by_its_code_or_its_data_and_no_other(tmp
         path.write_bytes(content)
     (tmp_path / "comparison" / "report" / "page.py").write_text("edited = 1")
     assert code_hash.__wrapped__(module, root=tmp_path) == before
-
-
-@pytest.mark.usefixtures("own_cache")
-def test_a_second_verdict_is_the_first_until_the_model_or_a_word_of_the_scene_changes(install):
-    install("presses", PRESSES, POINTS)
-    small = {"output.groups": [], "drive.cycles": 1.0, "output.samples_per_cycle": 200}
-
-    def result(**texts):
-        scene = load_scene("150rpm-0.2mm", small | {f"scene.{key}": text for key, text in texts.items()})
-        (judged,) = validate(scene, models="alpha,beta", n_jobs=0, tiers=["standard"])
-        tables = {model: run.base.frame.sum().to_dict() for model, run in judged.runs.items()}
-        return json_text(as_mapping(judged.comparison) | {"tables": tables})
-
-    first = result()
-    assert result() == first
-    assert '"title": "Another title"' in result(title="Another title")
-    install("presses", PRESSES.replace("0.1 * np.cos", "0.3 * np.cos"), POINTS)
-    assert result() != first
 
 
 def test_a_model_counts_with_all_its_files_and_what_is_installed(install, tmp_path):

@@ -9,6 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 
 import pytest
+from fake_model import GRAVITY
 
 from comparison.accuracy.levels import thresholds_record
 from comparison.cli import main
@@ -19,7 +20,6 @@ BASELINE = Path("sixbar-baseline.toml")
 
 
 def write_scene(gravity=9.81):
-    """Write the scene beside the baseline, or change it."""
     Path("own.toml").write_text(
         f'[scene]\nextends = "paper"\n[environment]\ngravity = {gravity}\n'
         '[output]\nsamples_per_cycle = 100\ngroups = ["corners"]\n'
@@ -39,7 +39,6 @@ def recorded(fakes, tmp_path_factory):
 
 @pytest.fixture(autouse=True)
 def _in_a_copy(recorded, fakes, tmp_path, monkeypatch):
-    """The same in a folder of the test's own."""
     folder = shutil.copytree(recorded, tmp_path / "here")
     monkeypatch.setenv("COLUMNS", "2000")
     with fakes(folder, monkeypatch):
@@ -118,16 +117,16 @@ def test_what_only_one_side_has_is_a_regression():
 
 
 @pytest.mark.parametrize(("what", "code"), [("fail", 1), ("crash", 70)])
-def test_a_model_that_does_not_run_any_more_is_a_regression(gravity, capsys, what, code):
-    write_scene(getattr(gravity, what))
+def test_a_model_that_does_not_run_any_more_is_a_regression(capsys, what, code):
+    write_scene(getattr(GRAVITY, what))
     assert gate() == code
     assert "REGRESSION exudyn standard, scene 'own': scene 'own': " in capsys.readouterr().out
     assert set(checks()) == {("exudyn standard", "run"), ("exudyn tight", "run")}
 
 
-def test_a_value_that_starts_nearby_reach_as_well_is_a_note_and_no_regression(gravity, capsys):
+def test_a_value_that_starts_nearby_reach_as_well_is_a_note_and_no_regression(capsys):
     """Perturbed runs agree by chance, and the run has moved; the other neighbours part by more than that."""
-    write_scene(gravity.lucky)
+    write_scene(GRAVITY.lucky)
     assert gate() == 1
     assert {group for group, _ in checks()} == {"exudyn standard"}  # which has none
     said = r"note: exudyn tight, scene 'own': (\d+) channels deviate no more than 20 runs from neighbouring "

@@ -39,9 +39,6 @@ def press(error=0.0, cycles=2, per_cycle=1000):
     return Table(pd.DataFrame(columns | {"slider_ay": -0.1 * w**2 * np.cos(phase) + error}))
 
 
-# ---- one model
-
-
 def test_parts_follow_each_other_as_far_as_the_run_goes():
     # A cycle and a half of the second part, then less than a part: that is left out.
     assert part_edges(0.4 * 1.37, PERIOD, 4) == pytest.approx(0.1 * np.arange(6), rel=1e-14)
@@ -84,9 +81,6 @@ def test_of_a_part_of_a_cycle_the_first_bin_ends_with_the_run_and_the_sign_count
     assert (result.angle.tolist(), result.cycles.tolist()) == ([21.6], [1.0])
     assert (*result.mean, *result.reliability) == pytest.approx((-8.0, exact(-8.0)), rel=1e-12)
     assert not result.capped.any()
-
-
-# ---- the difference of two
 
 
 def compared(a, b, ideal, settings=SETTINGS):
@@ -140,9 +134,6 @@ def test_smallest_values_in_different_parts_of_the_cycle_have_no_pairs():
     assert result.sampling == pytest.approx(np.hypot(*own), rel=1e-12)
     with pytest.raises(TableError, match="different parts of the cycles"):
         compared(press(), press(cycles=3), press(cycles=3))
-
-
-# ---- the ideal mechanism and the dense runs of a scene
 
 
 def test_a_run_with_clearance_is_no_ideal_one():

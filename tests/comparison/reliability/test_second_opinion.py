@@ -21,8 +21,7 @@ from comparison.verdict.validate import validate
 from reference_model import simulate
 
 QUANTITIES = {"displacement": "slider_y", "velocity": "slider_vy", "acceleration": "slider_ay"}
-EVERY = 120_000
-"""Samples a cycle of the second opinion; a multiple of most that are asked for, and of 20."""
+EVERY = 120_000  # samples a cycle of the second opinion; a multiple of most that are asked for, and of 20
 IDEAL = {"joints.slider": "ideal", "joints.crank_pin": "ideal"}
 
 

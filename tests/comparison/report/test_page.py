@@ -16,8 +16,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from bouncing_press import make_scene, stretched
-from half_sines import half_sines
+from bouncing_press import half_sines, make_scene, stretched
 from outline import Outline, page, words
 
 from comparison.accuracy.uncertainty import Runs
@@ -139,8 +138,8 @@ def test_contacts_impacts_and_situations_of_both_models_stand_side_by_side(scene
     for cells, matched in zip(rows(html, "Impacts of").values(), scene.impacts.values(), strict=True):
         assert cells[:3] == [str(matched.count_a), str(matched.count_b), str(len(matched.pairs))]
     end = scene.time[-1]
-    occurred = {"corner": ["ll", "ul", "ur"], "start": [0.0, end / 4, 0.0]}
-    occurred["end"] = [end / 2, end / 2, 2e-5 * end]
+    occurred = {"corner": ["ll", "ur", "ul"], "start": [end / 2, end / 2, 3 * end / 4]}
+    occurred["end"] = [2 * end, (0.5 + 2e-5) * end, 2 * end]  # what is behind the run does not count
     html = page(replace(scene, events=(events.head(3).assign(**occurred), None)))
     # Rare is not never; a model without events is not one without contact.
     assert rows(html, "Contact situations") == {
@@ -178,9 +177,6 @@ def test_the_reliability_of_both_models_and_their_difference(scene):
     missing = ReliabilityComparison(settings, missing="the model <b>mine</b> refused")
     said = "Not available: the model &lt;b&gt;mine&lt;/b&gt; refused."
     assert said in page(replace(scene, reliability=missing))
-
-
-# ---- drawings
 
 
 @pytest.fixture(scope="module")

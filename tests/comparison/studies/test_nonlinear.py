@@ -131,8 +131,6 @@ def test_a_scene_is_chaotic_where_every_run_of_both_models_that_measures_it_says
     assert verdict(best, MAIN) is expected
 
 
-# ---- the press in stages from flight to flight
-
 PER_CYCLE = 200
 
 

@@ -123,9 +123,6 @@ def world():
     return made_up, draws, entries, ledger.judge(entries, draws)
 
 
-# ---- printed numbers
-
-
 def test_an_interval_of_few_draws_holds_its_share_of_further_ones():
     sizes = np.random.default_rng(1).uniform(0.0, 1.0, (2000, 50))
     within = [ledger.interval(each) for each in sizes]
@@ -328,9 +325,6 @@ def test_a_violated_constraint_drifts_without_baumgarte_and_decays_with_it(gain)
     assert np.abs(phi).max() == pytest.approx(1e-6)
 
 
-# ---- what is drawn
-
-
 def test_drawn_inputs_are_in_their_bounds_and_the_geometry_meets_the_printed_facts():
     scene, facts = load_scene(CENTRAL), fitting.printed_facts()
     known, starts = settable(scene.data), []
@@ -362,8 +356,6 @@ def test_draws_that_do_not_succeed_leave_their_reasons():
     assert ensemble.shown.empty
     assert ["contact.poisson = 0.7 must" in failure for failure in ensemble.failures] == [True, True]
 
-
-# ---- statements
 
 AS_THE_PAPER_SAYS = {
     "90rpm-0.1mm": 1, "90rpm-0.5mm": 3, CENTRAL: 1, "poisson-0.33": 1, "69GPa": 2, "300rpm-0.2mm": 3,

@@ -118,9 +118,6 @@ def test_a_study_that_is_a_part_now_says_so(capsys):
         assert f": sixbar study {moved}\n" in capsys.readouterr().err
 
 
-# ---- what studies share
-
-
 def test_rates_and_their_limits():
     # Of Clopper and Pearson: quantiles of the beta distribution.
     assert interval(3, 40) == pytest.approx((beta.ppf(0.025, 3, 38), beta.ppf(0.975, 4, 37)))

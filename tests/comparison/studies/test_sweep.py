@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from fake_model import GRAVITY
 
 from comparison.cli import main
 from comparison.studies.sweep import USUAL, SweepError, names, on_cluster, quantity
@@ -54,10 +55,8 @@ def sweep(*arguments):
     return main(["study", "sweep", "150rpm-0.2mm", *QUICK, "--out", "out", *arguments])
 
 
-def test_runs_that_fail_in_any_way_are_rows_and_only_what_befell_a_process_is_tried_again(
-    here, gravity, capsys
-):
-    values = f"9.81,{gravity.crash},{gravity.refuse},{gravity.fail},{gravity.nan}"
+def test_runs_that_fail_in_any_way_are_rows_and_only_what_befell_a_process_is_tried_again(here, capsys):
+    values = f"9.81,{GRAVITY.crash},{GRAVITY.refuse},{GRAVITY.fail},{GRAVITY.nan}"
     asked = ["--grid", f"environment.gravity={values}", "--model", "reference,exudyn", "--jobs", "2"]
     assert sweep(*asked) == 0
     out, err = capsys.readouterr()
@@ -68,9 +67,6 @@ def test_runs_that_fail_in_any_way_are_rows_and_only_what_befell_a_process_is_tr
     before = lines(here)
     assert sweep(*asked) == 0
     assert lines(here) == before + 1
-
-
-# ---- a cluster
 
 
 @pytest.mark.slow

@@ -28,9 +28,6 @@ FAULTS = catalogue()
 CODE = catalogue("code")
 
 
-# ---- faults
-
-
 def test_other_code_replaces_one_place_of_the_present_sources():
     for fault in CODE:
         assert fault.new in seeded.changed(fault)  # which refuses what is there twice, or not any more
@@ -72,9 +69,6 @@ def test_no_spoiled_table_agrees(fault, twins):
         row = judge.refusal(str(error))
     # One sample in a hundred may be unexplained. A gate that sees one in 250 must say so here.
     assert detected(fault, row) == (not fault.missed)
-
-
-# ---- random scenes
 
 
 def test_the_same_scene_is_drawn_every_time_and_the_pushed_ones_start_between_their_walls():
@@ -122,9 +116,6 @@ def test_a_fault_in_a_linkage_is_found_and_sized_by_what_it_changes_in_its_model
     assert (refused["verdict"], bool(refused["failed"])) == ("cannot compare", True)
 
 
-# ---- the judge
-
-
 @pytest.mark.slow
 def test_a_fault_of_each_kind_and_model_is_detected_and_nothing_without_one(tmp_path, monkeypatch):
     monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path))
@@ -141,9 +132,6 @@ def test_a_fault_of_each_kind_and_model_is_detected_and_nothing_without_one(tmp_
             continue
         assert row["verdict"] == "differ", fault
         assert {name for name, verdict in row["channels"].items() if verdict == "differ"} >= {*fault.shows}
-
-
-# ---- who errs
 
 
 def table_with(gap, *contacts):
@@ -199,9 +187,6 @@ def test_the_model_errs_whose_own_code_stands_with_the_other(wrong):
     row = Comparison(scene, "tight").row()
     assert row["verdict"] == "agree"
     assert not any(row[key] for key in ("confirmation", "failed", "errs", "reason"))
-
-
-# ---- what is written
 
 
 def test_the_page_and_the_rates_of_a_baseline_are_those_of_the_table(tmp_path):

@@ -1,30 +1,22 @@
-"""Sentences: an instant, and the page on accuracy."""
+"""Sentences and numbers as they are shown, and the page on accuracy."""
 
 import dataclasses
-import re
-from pathlib import Path
+import math
 
 import numpy as np
-import pandas as pd
 import pytest
+from contact_tables import contacts_of
+from doc_pages import ROOT, block
 
 from comparison.accuracy.refine import Limit
 from comparison.cli.console import Lines
+from comparison.formatting import NO_BREAK, percent, quantity
 from comparison.scene import load_scene
 from comparison.verdict.results import SceneComparison
 from comparison.words.differences import instant_of
 from comparison.words.verdicts import card
 
-PAGE = Path(__file__).parents[3] / "docs" / "accuracy.md"
-EVENTS = pd.DataFrame(
-    [
-        ("ul", 0.010, 0.011),
-        ("ll", 0.010, 0.012),
-        ("pin", 0.040, 0.050),
-        ("ll", 0.045, 0.046),
-    ],
-    columns=["corner", "start", "end"],
-)
+EVENTS = contacts_of(("ul", 0.01, 0.011), ("ll", 0.01, 0.012), ("pin", 0.04, 0.05), ("ll", 0.045, 0.046))
 
 
 @pytest.mark.parametrize(
@@ -59,10 +51,9 @@ def test_cycle_and_angle_of_the_crank_follow_the_scene(speed, angle):
 
 @pytest.mark.usefixtures("own_cache")
 def test_the_page_has_every_reason_and_its_python_runs(capsys):
-    text = PAGE.read_text("utf-8")
+    text = (ROOT / "docs" / "accuracy.md").read_text("utf-8")
     assert [limit for limit in Limit if f"`{limit}`" not in text] == []
-    (block,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    exec(block, {"__name__": "__main__"})  # our own text
+    exec(block("docs/accuracy.md", "python"), {"__name__": "__main__"})  # our own text
     kept, coverage, largest, _ = capsys.readouterr().out.split()
     assert kept == "True"
     assert 0.5 < float(coverage) <= 1.0
@@ -88,3 +79,29 @@ def test_half_the_time_is_advised_where_no_finer_setting_is_left(read):
     at = np.array([0.0, 1.0])
     advised = card(SceneComparison(("a", "b"), "indeterminate", at, {}, ran=ran)).commands
     assert advised == (("sixbar validate wedge --set drive.cycles=0.15",) if read else ())
+
+
+QUANTITIES = {
+    (5.2e-7, "m"): "520 nm",
+    (9.999e-7, "m"): "1.00 µm",
+    (0.0234, "m/s^2"): "23.4 mm/s²",
+    (29_184.0, "rad/s²"): "29200 rad/s²",
+    (1.5e-13, "m"): "1.50·10⁻¹³ m",
+    (1.23e-3, "1"): "0.00123",
+    (-1e5, "1"): "−1.00·10⁵",
+    (0.0, "m"): "0 m",
+    (math.nan, "m"): "n/a",
+    (math.inf, "m"): "∞ m",
+}
+# Rounded to the bad side
+SHARES = {1.0: "100 %", 0.999999: "99.99 %", 0.989999: "98.99 %", 0.29: "29.00 %", 0.0: "0.00 %"}
+
+
+@pytest.mark.parametrize(
+    ("shown", "text"),
+    [(quantity(*given), text) for given, text in QUANTITIES.items()]
+    + [(percent(share), text) for share, text in SHARES.items()]
+    + [(percent(math.nan), "n/a"), (percent(0.664, 0.003), "66.40 ± 0.3 %")],
+)
+def test_numbers_as_they_are_shown(shown, text):
+    assert shown == text.replace(" ", NO_BREAK)

@@ -55,7 +55,6 @@ def test_every_sample_gives_its_columns_and_units_and_its_ending_says_nothing(na
     assert again.frame.equals(table.frame)
 
 
-# MATLAB, read in a process of its own
 MAT = Path("a.mat")
 
 
@@ -167,7 +166,6 @@ def test_a_matrix_whose_rows_are_no_times_is_refused(matrix):
     refused("a.mat: 'yout (float64 of shape ", MAT)
 
 
-# Excel
 ROWS = FRAME.round(9).to_numpy().tolist()  # openpyxl writes 16 digits: too few for some doubles
 EXACT = {name: column.round(9) for name, column in COLUMNS.items()}
 
