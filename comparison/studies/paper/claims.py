@@ -17,8 +17,8 @@ from comparison.models import MODELS
 from comparison.reliability.assessment import assess
 from comparison.reliability.errors import QUANTITIES, unit_of
 from comparison.scene import load_scene
-from comparison.studies.paper.runs import CAP, Runs, lacking, measure, numbers, second
-from comparison.tables.channels import Array, BoolArray, channels
+from comparison.studies.paper.runs import CAP, Runs, lacking, measure, numbers
+from comparison.tables.channels import Array, channels
 
 Claim = Mapping[str, Any]
 Evidence = tuple[dict[str, float], Mapping[str, tuple[Array | Sequence[float], str]]]
@@ -30,7 +30,6 @@ SCAN = {"displacement": (2e-5, 2.0), "velocity": (1e-3, 10.0), "acceleration": (
 """Limits of the permitted error between which `TRIED` are tried, SI."""
 TRIED, HALF = 40, 0.5  # limits, and the least reliability of those that count: none below 0.97 is printed
 LITTLE = 0.05  # relative change that is little, in every statement: ``claims.toml``, criterion "peaks"
-BOTTOM = 0.05  # of a cycle to either side of the lowest point, 20 ms at 150 rpm: where a press does its work
 
 _DATA = tomllib.loads(files("comparison.studies.paper").joinpath("claims.toml").read_text("utf-8"))
 CRITERIA: dict[str, dict[str, Any]] = _DATA["criteria"]
@@ -146,20 +145,6 @@ def less_reliable(runs: Runs, model: str, claim: Claim) -> Evidence:
     return {"reliability": float(lower[met].mean())}, tried | numbers
 
 
-def close(runs: Runs, model: str, claim: Claim) -> Evidence:
-    """How close a channel is to the ideal one near the lowest point, in every scene."""
-    channel, unit = claim["channel"], channels()[claim["channel"]].unit
-    shares: list[float] = []
-    numbers: dict[str, tuple[list[float], str]] = {}
-    for scene in claim["scenes"]:
-        errors = np.abs(runs.errors(scene, model, channel))
-        there = float(errors[_bottom(runs, scene, model)].max())
-        largest = float(errors[second(runs.ideal[scene, model])].max())
-        shares.append(_ratio(there, largest))
-        numbers |= {f"{scene}, largest there": ([there], unit), f"{scene}, in the cycle": ([largest], unit)}
-    return {"bottom": max(shares)}, numbers
-
-
 def stabilized(runs: Runs, model: str, claim: Claim) -> Evidence:
     """Whether Baumgarte's stabilization reduces the error of the BDF code, which is neither model."""
     del model, claim
@@ -186,9 +171,7 @@ def influence(runs: Runs, model: str, claim: Claim) -> Evidence:
     return {"influence": spread / stroke}, {"spread": ([spread], "m"), "stroke": ([stroke], "m")}
 
 
-TESTS = {
-    test.__name__: test for test in (larger, alike, contacts, less_reliable, close, stabilized, influence)
-}
+TESTS = {test.__name__: test for test in (larger, alike, contacts, less_reliable, stabilized, influence)}
 """Functions by the name that a claim's ``test`` gives."""
 
 
@@ -233,10 +216,3 @@ def _sizes(runs: Runs, scene: str, model: str, channel: str) -> Array:
 def _ratio(a: float, b: float) -> float:
     """Return a / b of sizes; 1 where both are zero."""
     return float(a / b) if b else inf if a else 1.0
-
-
-def _bottom(runs: Runs, scene: str, model: str) -> BoolArray:
-    """Return where the two cycles are near their second lowest point: the printed instant is approximate."""
-    ideal = runs.ideal[scene, model]
-    y = np.where(second(ideal), ideal.values("slider_y"), np.inf)
-    return np.asarray(np.abs(ideal.time - ideal.time[y.argmin()]) <= BOTTOM * ideal.time[-1] / 2)

@@ -108,8 +108,9 @@ def page(results: Results) -> Mapping[str, object]:
         "missed": {name: int((missed["hypothesis"] == name).sum()) for name in HYPOTHESES},
         "factors": FACTORS,
         "close": int(((ratio - 1.0).abs() <= ledger.CLOSE).sum()),
-        "near": int(ratio.between(1 / ledger.FACTOR, ledger.FACTOR).sum()),
+        "near": _near(ratio),
         "joints": results.joints,
+        "proportion": _in_proportion(predicted),
         "sizes": tuple(Size),
         "predictions": markdown(_written(predicted, results.judged)),
         "pin": _pin(results.runs),
@@ -147,6 +148,27 @@ def page(results: Results) -> Mapping[str, object]:
         "central": CENTRAL,
         "bare": f"{BARE:g}",
     }
+
+
+def _in_proportion(predicted: pd.DataFrame) -> dict[str, int]:
+    """Return how many peaks of conditions other than the central case's are near ours, and near a rule's.
+
+    It has the printed sizes of the central case in proportion to the clearance, to that times the speed
+    (velocities) and to that times its square (accelerations).
+    """
+    scenes, quantities, kinds = predicted["scene"].map(load_scene), predicted["quantity"], list(runs.PEAKS)
+    power = quantities.map({name: kinds.index(name) for name in kinds})
+    scale = scenes.map(lambda own: own.clearance("slider")) / scenes.map(lambda own: own.period) ** power
+    printed, central = predicted["printed_size"], predicted["scene"] == CENTRAL
+    rule = quantities.map((printed / scale)[central].groupby(quantities).first()) * scale
+    others = predicted["scene"].isin({*runs.SLIDER} - {CENTRAL, ledger.POISSON})
+    sizes = {"ours": predicted[MODELS[0]].abs(), "rule": rule}
+    return {"of": int(others.sum())} | {name: _near((printed / own)[others]) for name, own in sizes.items()}
+
+
+def _near(ratios: pd.Series) -> int:
+    """Return how many ratios are within `ledger.FACTOR`."""
+    return int(ratios.between(1 / ledger.FACTOR, ledger.FACTOR).sum())
 
 
 def _pin(models: Runs) -> dict[str, str]:
@@ -328,11 +350,7 @@ STUDY = Study(
     full=Config(
         runs.Config(10_000, 1000, cycles=100, fewer=30, members=4, draws=200, long_draws=50),
         numerics.Config(
-            runs.SLIDER,
-            (*numerics.DEFAULTS, *numerics.OTHERS),
-            (5.0, 10.0, 50.0, 100.0),
-            draws=3,
-            samples=10_000,
+            runs.SLIDER, numerics.DEFAULTS + numerics.OTHERS, (5.0, 10.0, 50.0, 100.0), 3, 10_000
         ),
     ),
     measure=measure,

@@ -291,6 +291,7 @@ def test_the_page_counts_what_its_tables_say(world, tmp_path):
     assert "of all 20 " in summary
     tops = re.findall(r"^\| 20, within ([\d.]+) % of a cycle \|.* (\d+) \|$", text, re.MULTILINE)
     assert tops == [("1", "0"), ("2.5", "3"), ("5", "12")]
+    assert re.search(r" Of 12 peaks .* and 11 to a rule without a model", text.replace("\n", " "))
     assert {path.name for path in tmp_path.glob("*.svg")} == set(re.findall(r"\]\(([\w-]+\.svg)\)", text))
 
 
