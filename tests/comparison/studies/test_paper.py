@@ -46,13 +46,13 @@ def table(period, cycles, per_cycle, y=0.0, x=0.0, vy=0.0, ay=0.0, events=()):
     )
 
 
-def motions(changes=None, long=None, shape=np.sin):
-    """Runs of all conditions without any error, but for some: (scene, channel) -> sizes of each member's.
+def motions(changes=None, long=None):
+    """Runs of all conditions without errors but of some: (scene, channel) -> each member's series, or size.
 
-    A shape is that of the errors over the cycle; a size may be a series of its own instead.
+    Errors of a size are a sine of the cycle.
     """
     short, ideal, many = {}, {}, {}
-    phase = shape(2 * np.pi * np.arange(2 * DENSE + 1) / DENSE)
+    phase = np.sin(2 * np.pi * np.arange(2 * DENSE + 1) / DENSE)
     for scene, model in product(runs.SCENES, MODELS):
         period = load_scene(scene).period
         ideal[scene, model] = table(period, 2, DENSE)
@@ -409,10 +409,9 @@ def test_every_statement_can_be_supported_and_can_be_contradicted_where_the_pape
     favourable = motions(
         [short(AS_THE_PAPER_SAYS, chatter=5.0)],
         long(AS_THE_PAPER_SAYS, wave() + 0.02 * noise[0], 2e-4 * wave(4) + 1e-5 * noise[1]),
-        shape=lambda angle: np.sin(angle) ** 3,  # close to zero around the lowest point
     )
-    restless = motions([short(THE_OPPOSITE)], long(THE_OPPOSITE, noise[2], 2e-4 * wave()), shape=np.cos)
-    other = motions([short({scene: 2 * size for scene, size in THE_OPPOSITE.items()})], shape=np.cos)
+    restless = motions([short(THE_OPPOSITE)], long(THE_OPPOSITE, noise[2], 2e-4 * wave()))
+    other = motions([short({scene: 2 * size for scene, size in THE_OPPOSITE.items()})])
     restless.short.update({(scene, "exudyn"): other.short[scene, "exudyn"] for scene in runs.SCENES})
     held = claims.judge_all(solved(favourable, bare=2.0, stable=1.1))
     off = claims.judge_all(solved(restless, bare=1.1, stable=2.0))
