@@ -144,6 +144,18 @@ def test_the_layout_of_a_baseline_does_not_count_nor_does_making_it_again_change
     assert "was changed since: its checksum does not match" in capsys.readouterr().err
 
 
+def test_a_baseline_of_other_versions_is_made_anew_as_a_whole(capsys):
+    Path("second.toml").write_text(Path("own.toml").read_text())
+    assert gate("second.toml", "--update") == 0
+    assert "1 other scene is kept" in capsys.readouterr().out
+    edit('numpy = "[^"]*"', 'numpy = "0.1"')
+    assert gate("second.toml", "--update") == 0
+    said = capsys.readouterr()
+    assert "all scenes of the baseline are made anew" in said.err
+    assert "kept" not in said.out
+    assert [*read(BASELINE).scenes] == ["own", "second"]
+
+
 def test_thresholds_change_only_together_with_rates_measured_anew(capsys):
     edit("^thresholds = { k = 2.0", "thresholds = { k = 3.0")
     assert gate() == 1
