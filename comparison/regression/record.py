@@ -313,9 +313,9 @@ def new_baseline(
 ) -> Baseline:
     """Create the baseline of scenes: every gated run with its family, which determines the thresholds.
 
-    Paths of scenes are relative to its folder. Of an old one the other scenes are kept if it has the
-    `same_origin`, and its rates if there are no newer ones: thresholds that changed without them are a
-    `BaselineError`. A failed run is a `RunError`.
+    Paths of scenes are relative to its folder. The other scenes of an old one, which has none unless it is of
+    the `same_origin`, are kept; so are its rates if there are no newer ones: thresholds that changed without
+    them are a `BaselineError`. A failed run is a `RunError`.
     """
     rates = _rates(folder / RATES, old)
     planned = [
@@ -338,7 +338,7 @@ def new_baseline(
         runs = Runs(refinement=refinement(model, gated.scene), **tables)
         records[scene.name].setdefault(model, {})[tier] = record(runs, gated, tier, nearby)
     remade = {name: SceneRecord.model_validate(parts) for name, parts in records.items()}
-    kept = old.scenes if old is not None and same_origin(old) else {}
+    kept = {} if old is None else old.scenes
     return Baseline(
         platform=platform_name(),
         versions=versions(),

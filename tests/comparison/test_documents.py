@@ -98,7 +98,7 @@ BLOCKS = {
     "ci.md": 8,
     "contact-law.md": 3,
     "engine.md": 6,
-    "foreign-tables.md": 11,
+    "foreign-tables.md": 10,
     "judge.md": 7,
     "linkages.md": 4,
     "scenes.md": 4,
