@@ -74,7 +74,7 @@ def _random(count: int) -> Iterator[tuple[Row, Comparison]]:
     for n in range(count):
         scene, users = population.random_scene(n), population.of_users(n)
         line = {"group": RANDOM, "name": str(n), "kind": "users" if users else "extremes"}
-        line |= {"scene": scene.name, "speed_rpm": scene.data["drive"]["speed_rpm"]}
+        line |= {"scene": scene.source, "speed_rpm": scene.data["drive"]["speed_rpm"]}
         line |= {"clearance_m": scene.data["clearance"][movable(scene)]}
         for tier in TIERS if users else ("tight",):
             yield line | {"tier": tier}, Comparison(at_tier(scene, tier), tier)

@@ -226,7 +226,7 @@ def test_the_page_and_the_rates_of_a_baseline_are_those_of_the_table(tmp_path):
     assert [each["faults"] - each["detected"] for each in rates["detected"].values()] == [1, 1]
     for said in (
         "**2 false alarms in 304 decided comparisons of random scenes; 142 of 144 faults detected",
-        "- scene 301 (s), tight: differ, errs: exudyn: it is outside.",
+        "- scene 301, from s, tight: differ, errs: exudyn: it is outside.",
         "- one nan (exudyn, tight): not expected.",
         "| four-bar | 1 | 1 | 0 | 95\u00a0% |",
         "**1 of 2 (at least 1.3\u00a0% at 95 %)** times, what moves less 1 of 2.",
