@@ -38,7 +38,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
 from comparison.scene import Scene
-from comparison.tables.channels import Array, BoolArray
+from comparison.tables.channels import Array, BoolArray, Channel
 from comparison.tables.table import Table
 
 SAFETY_FACTOR = 3.0
@@ -247,7 +247,7 @@ def model_uncertainty(
         *runs.refinement,
         ensemble=tuple(map(values, ensemble)),
     )
-    floor = round_off(base, time, runs.base.known[name].round_off, learnt)
+    floor = round_off(base, time, runs.base.known[name], learnt)
     u = uncertainty(levels, windows(time, WINDOW * period), floor, whole=learnt is not None)
     axes = runs.base.known[name].gap
     if axes and {*axes} <= {*runs.base.names}:
@@ -315,15 +315,17 @@ def window_samples(period: float, interval: float) -> int:
     return max(1, int(np.ceil(WINDOW * period / interval - 1e-6)))
 
 
-def round_off(values: Array, time: Array, absolute: float, learnt: int | None = None) -> Array:
+def round_off(values: Array, time: Array, channel: Channel, learnt: int | None = None) -> Array:
     """Return the round-off of samples in double precision, in the channel's unit; shape (n,).
 
-    The largest of: its absolute number (``channels.toml``), some epsilon of its largest value, and its change
-    within the error of time (s); both as far as `so_far` says.
+    The largest of: its absolute number (``channels.toml``), some epsilon of its largest value, or the half of
+    a digit where the table has fewer, and its change within the error of time (s); all but the first as far
+    as `so_far` says.
     """
     rate = so_far(np.append(0.0, np.abs(np.diff(values) / np.diff(time))), learnt)
     clock = TIME_ROUND_OFF * so_far(time - time[0], learnt)
-    return np.maximum(np.maximum(absolute, ROUND_OFF * so_far(np.abs(values), learnt)), clock * rate)
+    stored = max(ROUND_OFF, channel.rounding) * so_far(np.abs(values), learnt)
+    return np.maximum(np.maximum(channel.round_off, stored), clock * rate)
 
 
 def observed_order(runs: Runs, judged: Mapping[str, tuple[BoolArray, float]]) -> float:

@@ -8,6 +8,7 @@ import hashlib
 import pickle
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -36,7 +37,9 @@ from comparison.tables.foreign import open_source
 from comparison.tables.mapping import Dialect
 from comparison.tables.table import TableError
 
+_LONGEST_NAME = 256  # characters of a file's name
 _LONGEST = 300  # characters of an error in a message
+_STORED = "runs of an earlier call with the same command and files are used"
 
 
 class SolverError(TableError):
@@ -57,21 +60,34 @@ class Command:
 
     @cached_property
     def files(self) -> dict[str, str]:
-        """Hashes of the files that words name, also behind "=", and of Python files beside; its program."""
-        named = [self.folder / part for word in self.words for part in (word, word.partition("=")[2]) if part]
-        hashes = {"": shutil.which(self.words[0]) or ""}
-        for path in [*named, *sorted(self.folder.glob("*.py"))]:
+        """Hashes of its program, of the files and modules that words name, and of Python files beside.
+
+        Of folders that they name these are the sizes and times of the files below.
+        """
+        parts = [part for word in self.words for part in (word, *word.replace("'", " ").split())]
+        names = {name for part in parts for name in (part, part.partition("=")[2])}
+        names = {name for name in names if name.strip("./") and len(name) < _LONGEST_NAME}
+        named = [self.folder / path for name in names for path in (name, name.replace(".", "/"))]
+        program = Path(shutil.which(self.words[0]) or "")
+        hashes = {"": str(program)}
+        for path in [program, *named, *self.folder.glob("*.py")]:
             if path.is_file():
                 with path.open("rb") as file:
                     hashes[str(path)] = hashlib.file_digest(file, "sha256").hexdigest()
-        return hashes
+        for path in (path for folder in named if folder.is_dir() for path in folder.rglob("*")):
+            if path.is_file() and path.suffix != ".pyc":
+                hashes[str(path)] = f"{path.stat().st_size} {path.stat().st_mtime_ns}"
+        return dict(sorted(hashes.items()))
 
-    def run(self, values: Mapping[str, str], limit: float) -> bytes:
-        """Return the table that it writes within the limit, s; a `SolverError` without one."""
+    def run(self, values: Mapping[str, str], limit: float) -> tuple[bytes, bool]:
+        """Return the table that it writes within the limit, s, and whether it is one of an earlier call.
+
+        Without a table it raises a `SolverError`.
+        """
         words = [_filled(word, values) for word in self.words]
         key = digest({"words": words, "files": self.files, "folder": str(self.folder)})
         if (known := fetch_file(key)) is not None:
-            return known
+            return known, True
         with tempfile.TemporaryDirectory() as folder:
             out = Path(folder, "run.csv")
             words = [word.replace("{out}", str(out)) for word in words]
@@ -89,6 +105,8 @@ class Command:
             except OSError as error:
                 missing = isinstance(error, FileNotFoundError) and f"no program {words[0]!r} on the PATH"
                 raise SolverError(f"cannot be run: {missing or error.strerror}: {self.text}") from error
+            if done.returncode < 0:
+                raise SolverError(f"was ended by {signal.Signals(-done.returncode).name}: {self.text}")
             if done.returncode:
                 said = (done.stderr or done.stdout).decode(errors="replace").split("\n")
                 last = next((line.strip() for line in reversed(said) if line.strip()), "no message")
@@ -97,7 +115,7 @@ class Command:
                 raise SolverError(f"has written no table to {{out}}: {self.text}")
             content = out.read_bytes()
         keep_file(key, content)
-        return content
+        return content, False
 
 
 @dataclass(frozen=True)
@@ -237,14 +255,17 @@ def _read(result: Any, run: Run, dialect: Dialect) -> Source | SolverError:
     if isinstance(result, SolverError):
         return SolverError(f"{label}, {run.side.kind} {run.side.at(run.level):g}: {result}")
     try:
-        if not isinstance(result, bytes):
+        if not isinstance(result, tuple):
             source = as_source(result, label)
             refusal = SolverError(f"{label}: must return a pandas data frame, not a path")
             return refusal if isinstance(source, Path) else source
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, label.replace("/", "-"))
-            path.write_bytes(result)
-            return replace(open_source(path, dialect), path=Path(label))
+            content, stored = result
+            path.write_bytes(content)
+            source = open_source(path, dialect)
+        notes = [*source.notes, *[_STORED] * stored]
+        return replace(source, path=Path(label), notes=notes)
     except TableError as error:
         return SolverError(str(error).replace(f"{tempfile.gettempdir()}/", ""))
 

@@ -42,6 +42,7 @@ class Channel:
     gap: tuple[str, ...] = ()
     angle: bool = False
     turn: float = 2 * pi  # a revolution in the unit of an angle
+    rounding: float = 0.0  # of a table's numbers to their digits, as a share of them
     given: float | None = None  # scale that the user states, in the channel's unit; None: by ``scale``
 
     def scale_value(self, scene: Mapping[str, Any] | None, extent: Extent) -> float | Extent:

@@ -128,6 +128,7 @@ _HINT = f"{MAPPING} assigns columns to channels"
 _NO_RULE = Rule(channel="")
 # Of the largest value: a channel that varies by less varies by the rounding of its numbers.
 _ROUND_OFF = 4 * float(np.finfo(np.float64).eps)
+_FEWEST_DIGITS, _ALL_DIGITS = 5, 15
 
 Assigned = dict[str, tuple[Column, Rule]]
 """Channel -> its column in one table, and the rule; `_NO_RULE` where its name alone assigns it."""
@@ -182,9 +183,42 @@ def _table(
     beside, provenance = source.beside, source.beside.provenance
     if not provenance or any(rule.channel for _, rule in columns.values()):
         provenance = {"formulation": f"taken from {source.path.name}"}
-    own = {name: channel for name, channel in known.items() if name in columns}
+    own = {
+        name: replace(channel, rounding=rounding(columns[name][0].numbers))
+        for name, channel in known.items()
+        if name in columns
+    }
     rows = _select_rows(frame, at_events, str(source.path))
     return Table(rows, beside.events, beside.extrema, provenance, own, beside.pulses, beside.cycle_extrema)
+
+
+def _largest(numbers: Array) -> float:
+    return float(np.abs(numbers).max(initial=0.0, where=np.isfinite(numbers)))
+
+
+def rounding(numbers: Array) -> float:
+    """Return half a unit of the last digit of a column's numbers, as a share of them at most.
+
+    It is 0 where they have all digits of double precision, or fewer than five, or equal steps: these are
+    exact rather than rounded.
+    """
+    numbers = numbers[np.isfinite(numbers)]
+    sizes = np.abs(numbers[numbers != 0.0])
+    if sizes.size < 2 or np.ptp(np.diff(numbers)) <= _ROUND_OFF * sizes.max():
+        return 0.0
+    digits = _digits(sizes[:100])  # of most tables these have all digits already
+    digits = _digits(sizes) if digits < _ALL_DIGITS else digits
+    return 0.5 * 10.0 ** (1 - digits) if _FEWEST_DIGITS <= digits < _ALL_DIGITS else 0.0
+
+
+def _digits(sizes: Array) -> int:
+    """Return how many significant digits positive numbers need."""
+    leading = sizes / 10.0 ** np.floor(np.log10(sizes))
+    for digits in range(1, _ALL_DIGITS):
+        units = leading * 10.0 ** (digits - 1)
+        if (np.abs(units - np.round(units)) <= _ROUND_OFF * units).all():
+            return digits
+    return _ALL_DIGITS
 
 
 def _refuse_missing(sources: Sequence[Source], sides: Sequence[str], mapping: Mapping, compare: str) -> None:
@@ -288,13 +322,16 @@ def _definitions(
         known = parse_unit(unit)
         if quantity.angle and not same_dimension(known, parse_unit("rad")):
             raise TableError(f"{where}: angle = true, but its unit {unit!r} is no angle")
-        numbers = np.concatenate([column.numbers for _, column, _ in stated])
-        largest = float(np.abs(numbers[np.isfinite(numbers)]).max(initial=0.0))
+        largest = max(_largest(column.numbers) for _, column, _ in stated)
+        if any(column.numbers.size and np.ptp(column.numbers) == 0.0 for _, column, _ in stated):
+            # What is constant in one of the tables may be the residue of other forces, say, in the other.
+            alike = (c.numbers for source in sources for c in source.columns if unit and c.unit == unit)
+            largest = max([largest, *map(_largest, alike)])
         defined[name] = Channel(
             name=name,
             label=name,
             unit=unit,
-            floor=max(_ROUND_OFF * largest, float(np.finfo(np.float64).tiny)),
+            floor=max(_ROUND_OFF * max(largest, quantity.scale or 0.0), float(np.finfo(np.float64).tiny)),
             rate=quantity.rate,
             angle=quantity.angle,
             turn=2 * math.pi / float(known.factor if known and quantity.angle else 1),

@@ -91,7 +91,8 @@ def test_the_pair_of_the_page_and_its_step_of_ci(of_page):
         sixbar.write(name, "raise SystemExit('it runs again')")
         assert "it runs again" in sixbar(*command, PATH=PATH, code=2).err
         sixbar.write(name, text)
-        sixbar(*command, "--until", until, PATH=PATH, code=code)
+        ended = sixbar(*command, "--until", until, PATH=PATH, code=code)
+        assert "LSODA: runs of an earlier call with the same command and files are used" in ended.err
         cases = sixbar.junit("report/junit.xml").items()
         assert [tag for (_, case), (tag, _) in cases if "verdict" in case] == ["failure" if code else ""]
     assert {path.name for path in (sixbar.folder / "report" / "tables").glob("*.csv")} == {

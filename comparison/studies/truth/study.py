@@ -249,7 +249,7 @@ def extremum_rows(assessed: Sequence[Samples], runs: Runs, true: Table, alpha: f
     """Yield a row for the predictable ones of the smallest and the largest value of each channel."""
     base, tables = runs.base, runs.tables | {"true": true}
     for one in assessed:
-        floor = float(round_off(base.values(one.name), base.time, base.known[one.name].round_off)[-1])
+        floor = float(round_off(base.values(one.name), base.time, base.known[one.name])[-1])
         own = {which: table.extrema[one.name] for which, table in tables.items()}
         levels = {which: np.array([each["min"], each["max"]]) for which, each in own.items()}
         error, u = of_runs(levels, levels.pop("true"), runs, floor)

@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 
 import sixbar
 from comparison.accuracy.uncertainty import RunValues, uncertainty
+from comparison.execution.sides import command_side
 from comparison.tables.table import TableError
 from comparison.verdict.results import Basis, Doubt
 
@@ -170,3 +171,60 @@ def test_what_cannot_be_judged_is_refused_in_one_line(options, message):
     with pytest.raises(TableError, match=r"^[^\n]+$") as refusal:
         sixbar.judge(decay, failing if "step" in options else decay, **options)
     assert message in str(refusal.value)
+
+
+def printed(digits, rate=1.0):
+    """Return a side whose table has so many digits, as a program that prints them."""
+
+    def run(tolerance, offsets):
+        table = oscillator(rate, "LSODA")(tolerance, offsets)
+        rounded = {name: [float(f"{x:.{digits}g}") for x in table[name]] for name in table if name != "time"}
+        return table.assign(**rounded)
+
+    return run
+
+
+@pytest.mark.parametrize("digits", [6, 9])
+def test_the_digits_of_a_table_are_part_of_its_uncertainty(digits):
+    result = sixbar.judge(oscillator(), printed(digits), tolerance=1e-10, states=2)
+    assert (result.verdict, result.until) == ("agree", 20.0)
+    wrong = sixbar.judge(oscillator(), printed(digits, 1.0 + 10.0 ** (2 - digits)), tolerance=1e-10, states=2)
+    assert wrong.verdict == "differ"
+
+
+@pytest.mark.parametrize(
+    ("unit", "scale", "verdict"), [(" [N]", {}, "agree"), ("", {"z": 100.0}, "agree"), ("", {}, "differ")]
+)
+def test_what_is_zero_in_one_and_the_residue_of_others_in_the_other_is_no_difference(unit, scale, verdict):
+    def side(share):
+        def run(tolerance, offsets):
+            table = oscillator()(tolerance, offsets)
+            return table.assign(**{f"f{unit}": 100.0 * table.y0, f"z{unit}": share * 100.0 * table.y0})
+
+        return run
+
+    result = sixbar.judge(side(0.0), side(np.cos(np.pi / 2)), tolerance=1e-8, states=2, scale=scale)
+    assert result.verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [
+        ("python -m solver", "solver/part.py"),
+        ("solve --data=data", "data/k.txt"),
+        ("sh -c 'solve k.txt'", "k.txt"),
+        ("{folder}/solve", "solve"),
+    ],
+)
+def test_a_command_runs_again_where_a_file_that_it_names_has_changed(words, name, tmp_path):
+    path = tmp_path / name
+    path.parent.mkdir(exist_ok=True)
+    hashes = []
+    for text in ("1", "1.0"):
+        path.write_text(text)
+        path.chmod(0o755)
+        command = command_side(
+            f"{words} {{tolerance}} {{out}}".replace("{folder}", str(tmp_path)), tmp_path, ["tolerance"]
+        )
+        hashes.append(command.files)
+    assert hashes[0] != hashes[1]
