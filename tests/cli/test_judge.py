@@ -209,6 +209,7 @@ SLOW = "limit = 0.2\n[side.a]\ncommand = \"python -c 'import time; time.sleep(60
         ("[start]", "[mapping]\ncolums = {}\n[start]", "mapping: colums is not a known key; did you mean"),
         ("[start]", "[mapping]\ncompare = ['z']\n[start]", "'z' is not a channel"),
         ("side.b", "side.c", "side.b is missing"),
+        ('["y"]', '["y", "y"]', "start.states = ['y', 'y'] must not contain a state twice"),
         ("python", "no-such-program", "a, tolerance 1e-06: cannot be run: no program 'no-such-program'"),
         ("a.py", "b.py", "a, tolerance 1e-06: ended with code 2: "),
         ('[side.a]\ncommand = "python a.py', SLOW, "a, tolerance 1e-06: stopped after 0.2 s: python -c"),
