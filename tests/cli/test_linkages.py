@@ -128,6 +128,15 @@ def test_a_mistake_in_a_linkage_is_one_line(sixbar, text, message):
     sixbar.refused("plan own.toml", message)
 
 
+def test_beside_a_driven_body_each_freedom_has_a_position_and_a_rate(sixbar):
+    rod = "{length = 1, mass = 1, inertia = 1}"
+    pins = 'pin.O = {joins = ["frame", "a.start"]}\npin.A = {joins = ["a.end", "b.start"]}'
+    text = f'body.a = {rod}\nbody.b = {rod}\n{pins}\ndrive = {{body = "a", speed_rpm = 60}}\n'
+    for initial, code in (("angle_deg = 9", 2), ("angle_deg = 9, omega = 0", 0)):
+        sixbar.write("own.toml", f"{text}initial.b = {{{initial}}}")
+        assert ("needs 2 positions and 1 rate" in sixbar("plan", "own.toml", code=code).err) == (code == 2)
+
+
 def test_a_guess_that_is_not_followed_is_named(sixbar):
     for angle, followed in ((-90, True), (250, True), (170, False)):
         said = sixbar("plan", "four-bar", "--set", f"guess.rocker.angle_deg={angle}", "--json").out
