@@ -33,6 +33,9 @@ def test_a_new_file_is_its_linkage(name, tmp_path) -> None:
     ("key", "value", "message"),
     [
         ("body.coupler.lenght", 1.0, "is not a known key; did you mean body.coupler.length?"),
+        ("body.rod", {"mass": 1, "inertai": 1}, "inertai is not a known key; did you mean body.rod.inertia"),
+        ("body.r.od", {"mass": 1.0, "inertia": 1.0}, "body.r.od is not a known key; sixbar keys --linkage"),
+        ("drive.two", {"body": "rocker", "speed_rpm": 9.0}, "two is not a known key; sixbar keys --linkage"),
         ("body.coupler.mass", -1, "= -1 kg must be > 0"),
         ("body.coupler.points.centroid", [0.0, 0.0], "is body.centroid already"),
         ("body.coupler.points.end", [9.0, 0.0], "by body.coupler.length"),
@@ -48,6 +51,7 @@ def test_a_new_file_is_its_linkage(name, tmp_path) -> None:
         ("initial.crnk.omega", 1.0, "is no body; did you mean crank?"),
         ("reliability.of", "coupler.z", "'coupler.z' must be BODY.x, BODY.y or BODY.angle"),
         ("joints.slider", "ideal", "joints is for the press: a scene with [body] has none"),
+        ("crank.length", 1.0, "crank is for the press: a scene with [body] has none"),
         ("contact.exponent", 2.0, "contact = {'exponent': 2.0} is for a linkage with a table clearance"),
         ("clearance.D.size", 1e-4, "clearance.D = 'D' is no pin or guide; there are O, A, B, C"),
         ("clearance.A", {"size": 1e-4, "width": 0.1}, "clearance.A.width = 0.1 m is for a guide"),
