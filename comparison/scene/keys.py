@@ -370,6 +370,8 @@ def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
         return f"{key} {text}{did_you_mean(wrong, schema, next(iter(flat({wrong: value}))))}"
     if of_scene and kind.startswith("model"):  # a value where a section has to be
         text += did_you_mean(steps[-1], schema)
+    if "key" in context and value is None:
+        return f"{key} {text}"
     number = isinstance(value, int | float) and not isinstance(value, bool)
     return f"{key} = {short(value)}{f' {unit}' if unit and number else ''} {text}"
 

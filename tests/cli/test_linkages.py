@@ -117,8 +117,9 @@ solver.exudyn = { step = 1e-2 }
     ("text", "message"),
     [
         (RAM.replace("free = true", 'body = "block", torque = 1.0'), "'block' cannot turn: a guide"),
-        (RAM.replace("duration = 1, ", ""), "must be given (s): a drive without speed_rpm needs it"),
-        ('guide.G.point = [0, 9]\\nscene.extends = "slider-crank-driven"', "; [initial] gives no angle of"),
+        (RAM.replace("duration = 1, ", ""), "output.duration must be given (s): a drive without speed_rpm"),
+        (RAM.replace("free = true", 'body = "ram", torque_table = []'), "torque_table = [] must lead from 0"),
+        ('guide.G.point = [0, 9]\nscene.extends = "slider-crank-driven"', "; [initial] gives no angle of"),
         (f'{RAM}[scene]\nextends = "ideal"', "scene.extends = 'ideal': a linkage ([body]) and the press"),
         ('[scene]\nextends = "four-bar"\n[mechanism.crank]\nmass = 1', "extends = 'four-bar': a linkage"),
     ],

@@ -58,9 +58,10 @@ def test_a_new_file_is_its_linkage(name, tmp_path) -> None:
         ("clearance.A", {"size": 1e-4, "offset": [1e-4, 1e-4]}, "starts 4.14e-05 m beyond the gap"),
         ("clearance.A", {"size": 1e-4, "contact": {"law": "foundation"}}, "'hertz-corners' or 'adams-imp"),
         ("clearance.A", {"size": 1e-4, "friction": {"static_speed": 1.0}}, "must be > clearance.A.friction"),
-        ("clearance.bed", {"size": 1e-4}, "clearance.bed.length = None must be given for a guide"),
+        ("clearance.bed", {"size": 1e-4}, "clearance.bed.length is missing: a guide needs it"),
         ("clearance.bed", BLOCK | {"journal_radius": 0.01}, "journal_radius = 0.01 m is for a pin"),
-        ("clearance.bed", BLOCK | {"tilt_deg": 1.0}, "m beyond the gap"),
+        ("clearance.bed", BLOCK | {"tilt_deg": 1.0}, "tilt_deg = 1.0 deg starts 0.000422 m beyond"),
+        ("clearance.bed", BLOCK | {"tilt_deg": 1.0, "offset": 1e-5}, "= 1e-05 m with tilt_deg = 1 deg"),
     ],
 )
 def test_a_mistake_is_one_line(key, value, message) -> None:
