@@ -161,6 +161,7 @@ def _start(model: Linkage, size: float, scene: Mapping[str, Any]) -> Array:
     rows, columns, turn = model.rows, model.masses.size, 3 * model.driven + 2
     known, rates = _given(scene, "initial", *_PLACE), _given(scene, "initial", "vx", "vy", "omega")
     q, v, by_speed, free = np.zeros(columns), np.zeros(columns), int(model.omega != 0.0), columns - rows
+    by_default = by_speed and turn not in known
     if by_speed:
         known[turn] = model.theta0
     for k, value in (_given(scene, "guess", *_PLACE) | known).items():
@@ -190,9 +191,10 @@ def _start(model: Linkage, size: float, scene: Mapping[str, Any]) -> Array:
         rest = "" if by_speed or not free else ", or no rate at rest"
         raise ValueError(f"initial: this linkage needs {needs}{rest}, and has {has}")
     if not assembled:
+        zero = "; [initial] gives no angle of the driven body, so it is 0"
         raise ValueError(
-            f"guess: the linkage cannot be assembled: joints stay apart by {wrong:.1g} of its size "
-            "with the values of [initial], 0 for the angle of a driven body without one"
+            f"guess: the linkage cannot be assembled: joints stay apart by {wrong:.1g} of its size"
+            f"{zero if by_default else ' with the values of [initial]'}"
         )
     moving = np.vstack([matrix[:rows], fixed[[*rates]]])
     if _rank(matrix) < columns or not (at_rest or _rank(moving) == columns):

@@ -97,25 +97,28 @@ def _notes(annotation: Any) -> Iterator[Any]:
             yield from _notes(part)
 
 
-def did_you_mean(wrong: str, schema: type[BaseModel] = SceneKeys) -> str:
+def did_you_mean(wrong: str, schema: type[BaseModel] = SceneKeys, below: str = "") -> str:
     """Return the end of a message on an unknown key: the known key that it resembles, if any.
 
     It is compared, in this order, with last parts in its section, ends of keys, sections (for their first
     key), keys in any order of their words and last parts of keys; else a key may contain its last part.
+    Ends of keys are compared with ``below``, the first key below an unknown table, where it is given.
     """
-    names = [key.name for key in scene_keys(schema) if key.name != wrong]
+    of_scene, table = schema in (SceneKeys, LinkageKeys), wrong.partition(".")[0]
+    names = [key.name for key in scene_keys(schema)] if of_scene else [*_names(schema)]
+    names = [with_name(name, wrong) for name in names if name != wrong]
     if schema is SceneKeys:
         names += [f"{material}.{partner}" for material in MATERIALS for partner in PARTNERS]
-    elif (table := wrong.partition(".")[0]) in set(SceneKeys.model_fields) - set(schema.model_fields):
+    elif schema is LinkageKeys and table in _tables(SceneKeys) - _tables(schema):
         return f"; {table} is for the press: a scene with [body] has none"
-    elif table not in schema.model_fields and (close := get_close_matches(table, schema.model_fields, n=1)):
+    elif table not in schema.model_fields and (
+        close := get_close_matches(table, schema.model_fields, n=1, cutoff=_ALIKE)
+    ):
         return f"; did you mean {close[0]}?"
-    else:
-        names = [with_name(name, wrong) for name in names]
     section, _, last = wrong.rpartition(".")
     ways: list[tuple[str, Callable[[str], str]]] = [
         (last, lambda name: _last(name) if name.rpartition(".")[0] == section else ""),
-        (wrong, lambda name: name.partition(".")[2]),
+        (below or wrong, lambda name: name.partition(".")[2]),
         (last, lambda name: name.partition(".")[0]),
         (_words(wrong), _words),
         (last, _last),
@@ -125,7 +128,12 @@ def did_you_mean(wrong: str, schema: type[BaseModel] = SceneKeys) -> str:
         if word and (close := get_close_matches(word, choices, n=1, cutoff=_ALIKE)):
             return f"; did you mean {choices[close[0]]}?"
     containing = next((name for name in names if len(last) > 2 and last in name), "")
-    return f"; did you mean {containing}?" if containing else "; sixbar keys lists all"
+    every = f"; sixbar keys{' --linkage' if schema is LinkageKeys else ''} lists all" if of_scene else ""
+    return f"; did you mean {containing}?" if containing else every
+
+
+def _tables(schema: type[BaseModel]) -> set[str]:
+    return {part for key in scene_keys(schema) for part in key.name.split(".")[:-1]}
 
 
 def with_name(key: str, of: str) -> str:
@@ -336,9 +344,9 @@ def readable(value: object) -> str:
 def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
     """Phrase the first of pydantic's errors in one line: key, value, unit, rule.
 
-    After an unknown key a similar one is suggested, of a scene by `did_you_mean`.
+    An unknown key goes before a missing one, which it may be meant for; `did_you_mean` adds a known one.
     """
-    first = error.errors()[0]
+    first = min(error.errors(), key=lambda one: one["type"] == "missing")
     kind, value, context = first["type"], first["input"], first.get("ctx", {})
     # Without the branch of a union.
     steps = [
@@ -358,13 +366,12 @@ def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
         hint = ' (scene.extends = "paper" takes over the paper\'s numbers)' if schema is SceneKeys else ""
         return f"{key} {text}{hint}"
     if kind in ("extra_forbidden", "not_installed"):
-        if of_scene:
-            wrong = next(iter(flat({".".join(steps): value})))
-            return f"{key} {text}{did_you_mean(wrong, schema)}"
-        close = get_close_matches(".".join(steps), [*_names(schema)], n=1)
-        return f"{key} {text}{f'; did you mean {close[0]}?' if close else ''}"
+        wrong = ".".join(steps)
+        return f"{key} {text}{did_you_mean(wrong, schema, next(iter(flat({wrong: value}))))}"
     if of_scene and kind.startswith("model"):  # a value where a section has to be
         text += did_you_mean(steps[-1], schema)
+    if "key" in context and value is None:
+        return f"{key} {text}"
     number = isinstance(value, int | float) and not isinstance(value, bool)
     return f"{key} = {short(value)}{f' {unit}' if unit and number else ''} {text}"
 

@@ -280,8 +280,8 @@ class LinkageKeys(Section):
         drive, output = self.drive, self.output
         if drive.speed_rpm == 0:
             yield "drive.speed_rpm", 0.0, "must not be zero"
-        rows = drive.torque_table or [[0.0, 0.0], [360.0, 0.0]]
-        if [rows[0][0], rows[-1][0]] != [0.0, 360.0] or rows[0][1] != rows[-1][1]:
+        rows = [[0.0, 0.0], [360.0, 0.0]] if drive.torque_table is None else drive.torque_table
+        if [row[0] for row in rows[:1] + rows[-1:]] != [0.0, 360.0] or rows[0][1] != rows[-1][1]:
             yield "drive.torque_table", rows, "must lead from 0 to 360 deg, with equal torques there"
         if any(after[0] <= before[0] for before, after in pairwise(rows)):
             yield "drive.torque_table", rows, "must have rising angles"
@@ -329,7 +329,7 @@ class LinkageKeys(Section):
             for key in OF_PIN | OF_GUIDE:
                 value, usual = getattr(own, key), known.get(key)
                 if value is None and key in known and usual is None:
-                    yield f"{at}.{key}", None, "must be given for a guide"
+                    yield f"{at}.{key}", None, "is missing: a guide needs it"
                 elif value is not None and key not in known:
                     yield f"{at}.{key}", value, f"is for a {'guide' if known is OF_PIN else 'pin'}"
                 elif value is not None and isinstance(value, list) is not isinstance(usual, list):
@@ -340,7 +340,12 @@ class LinkageKeys(Section):
                 tilt = radians(own.tilt_deg)
                 depth += (own.length * abs(sin(tilt)) + own.width * (abs(cos(tilt)) - 1.0)) / 2.0
             if depth > 0.0:
-                yield f"{at}.offset", offset, f"starts {depth:.3g} m beyond the gap {at}.size = {size:g} m"
+                key, beyond = "offset", f"starts {depth:.3g} m beyond the gap {at}.size = {size:g} m"
+                if not offset:
+                    key = "tilt_deg"
+                elif own.tilt_deg:
+                    beyond = f"with tilt_deg = {own.tilt_deg:g} deg {beyond}"
+                yield f"{at}.{key}", getattr(own, key), beyond
         for at, laws in self.laws.items():
             yield from contact_violations(*laws, at)
 

@@ -286,8 +286,9 @@ def _locate(name: str, folder: Path, wanted_by: str) -> Path:
     except (OSError, RuntimeError) as error:  # too long a name; a user who does not exist
         reason = getattr(error, "strerror", None) or "there is no such home folder"
         raise SceneError(f"scene {' '.join(wanted_by.split())!r}: {reason}") from error
-    close = difflib.get_close_matches(name, [*shipped_scenes(), *shipped_linkages()], n=1)
-    hint = f"did you mean {close[0]!r}?" if close else f"shipped are {', '.join(shipped_scenes())}"
+    shipped = [*shipped_scenes(), *shipped_linkages()]
+    close = difflib.get_close_matches(name, shipped, n=1)
+    hint = f"did you mean {close[0]!r}?" if close else f"shipped are {', '.join(shipped)}"
     raise SceneError(f"scene {wanted_by!r}: {name!r} is neither a shipped scene nor a file; {hint}")
 
 

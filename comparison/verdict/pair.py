@@ -12,8 +12,8 @@ theirs by construction, and the least one, 1, is taken for what the coarser run 
 """
 
 import tomllib
+from collections.abc import Iterator, Sequence
 from collections.abc import Mapping as Pairs
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from math import nan
 from pathlib import Path
@@ -89,6 +89,10 @@ class Start(Section):
 
     states: list[str] = Field(default=[])
     size: Positive | None = None
+
+    def _violations(self) -> Iterator[tuple[str, object, str]]:
+        if len({*self.states}) < len(self.states):
+            yield "states", self.states, "must not contain a state twice"
 
 
 class Demand(Section):

@@ -117,7 +117,9 @@ solver.exudyn = { step = 1e-2 }
     ("text", "message"),
     [
         (RAM.replace("free = true", 'body = "block", torque = 1.0'), "'block' cannot turn: a guide"),
-        (RAM.replace("duration = 1, ", ""), "must be given (s): a drive without speed_rpm needs it"),
+        (RAM.replace("duration = 1, ", ""), "output.duration must be given (s): a drive without speed_rpm"),
+        (RAM.replace("free = true", 'body = "ram", torque_table = []'), "torque_table = [] must lead from 0"),
+        ('guide.G.point = [0, 9]\nscene.extends = "slider-crank-driven"', "; [initial] gives no angle of"),
         (f'{RAM}[scene]\nextends = "ideal"', "scene.extends = 'ideal': a linkage ([body]) and the press"),
         ('[scene]\nextends = "four-bar"\n[mechanism.crank]\nmass = 1', "extends = 'four-bar': a linkage"),
     ],
@@ -125,6 +127,15 @@ solver.exudyn = { step = 1e-2 }
 def test_a_mistake_in_a_linkage_is_one_line(sixbar, text, message):
     sixbar.write("own.toml", text)
     sixbar.refused("plan own.toml", message)
+
+
+def test_beside_a_driven_body_each_freedom_has_a_position_and_a_rate(sixbar):
+    rod = "{length = 1, mass = 1, inertia = 1}"
+    pins = 'pin.O = {joins = ["frame", "a.start"]}\npin.A = {joins = ["a.end", "b.start"]}'
+    text = f'body.a = {rod}\nbody.b = {rod}\n{pins}\ndrive = {{body = "a", speed_rpm = 60}}\n'
+    for initial, code in (("angle_deg = 9", 2), ("angle_deg = 9, omega = 0", 0)):
+        sixbar.write("own.toml", f"{text}initial.b = {{{initial}}}")
+        assert ("needs 2 positions and 1 rate" in sixbar("plan", "own.toml", code=code).err) == (code == 2)
 
 
 def test_a_guess_that_is_not_followed_is_named(sixbar):

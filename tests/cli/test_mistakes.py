@@ -19,6 +19,7 @@ MISTAKES = {
     "scenes extra": "extra",
     "channels nowhere": "'nowhere'|150rpm-0.2mm|wedge",
     "plan idael": "'idael'|did you mean 'ideal'",
+    "new a.toml --from nowhere": "'nowhere' is neither|wedge|squeezer",
     "keys stifness": "'stifness'|did you mean contact.stiffness?",
     "new a.json": "a.json|.toml",
     "new a+/\u00e9.toml": "\u00e9.toml|letters",
