@@ -184,7 +184,9 @@ def _start(model: Linkage, size: float, scene: Mapping[str, Any]) -> Array:
     if dependent and (assembled or free < 0):
         count = f"{dependent} of {rows} rows of the constraints are dependent at the start"
         raise ValueError(f"pin: too many constraints, or a singular position: {count}")
-    at_rest = not by_speed and not rates and not shifts.any()
+    at_rest = not by_speed and not rates
+    if at_rest and shifts.any():  # of clearances, while the coordinates that are given rest
+        at_rest, rates = False, dict.fromkeys(known, 0.0)
     if len(known) != free + by_speed or not (at_rest or len(rates) == free):
         needs, has = (f"{n} position{'s' * (n != 1)} and {m} rate{'s' * (m != 1)}"
                       for n, m in ((free + by_speed, free), (len(known), len(rates))))  # fmt: skip

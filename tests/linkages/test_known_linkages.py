@@ -318,6 +318,15 @@ def test_two_free_bodies_in_contact_keep_their_momenta_and_their_energy(model, s
 
 
 @EACH
+def test_without_rates_what_is_given_rests_and_the_rates_of_clearances_count(model, run):
+    text = ADRIFT.replace(", vx = 0.3, vy = -0.2, omega = 5.0", "").replace(", vx = 0.5", "")
+    columns = run(model, 1e-6, text, {"output.duration": 1e-4, "output.samples": 2}).columns
+    start = {name: columns[name][0] for name in ("a.vx", "a.vy", "a.omega", "b.vx", "b.omega")}
+    assert start == pytest.approx({"a.vx": 0, "a.vy": 0, "a.omega": 0, "b.vx": 0, "b.omega": 1}, abs=1e-12)
+    assert columns["b.vy"][0] > 0.05
+
+
+@EACH
 def test_channels_come_by_groups_and_the_plan_is_of_the_run(model, load):
     simulate = importlib.import_module(model).simulate
     few = {"drive.cycles": 0.02, "output.samples_per_cycle": 500}
