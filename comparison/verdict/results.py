@@ -51,6 +51,7 @@ class Basis(Enum):
     RANGE = auto()  # unexcited: its range in both is below the channel's floor
     # Indeterminate
     NO_LIMIT = auto()  # neither an uncertainty nor a tolerance
+    ERROR = auto()  # an error of either, which a share of its range does not limit
     COVERAGE = auto()  # too few samples are predictable
     NOTHING_JUDGED = auto()  # no predictable sample is non-zero
     FEW_JUDGED = auto()  # too few predictable samples are non-zero
