@@ -337,7 +337,7 @@ def _interpolation_warnings(
             "between them and the nearest samples of the interpolated table",
         )
     time, outstanding = runs.base.time, []
-    if time.size < 3:
+    if time.size < 4:
         return warnings
     between = ~np.isin(time, aligned.time)
     for name, result in results.items():

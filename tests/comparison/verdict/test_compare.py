@@ -162,6 +162,16 @@ def test_no_sample_of_a_constant_channel_is_outside():
     assert (channel.verdict, channel.outside) == ("unexcited", 0)
 
 
+def test_a_spike_between_the_compared_times_stands_out_and_the_curvature_of_a_wave_does_not():
+    spike = WAVE + 0.1 * (np.arange(TIME.size) == 503)
+    for x, found in ((WAVE, False), (spike, True)):
+        fine = pd.DataFrame({"time": TIME, "slider_x": x, "slider_y": WAVE})
+        coarse = pd.DataFrame({"time": TIME, "slider_x": WAVE, "slider_y": WAVE})[::5]
+        warnings = " ".join(compare(Runs(Table(fine)), Runs(Table(coarse)), tolerance=1e-6).warnings)
+        assert ("stand out" in warnings, "slider_x at t = 1.006 s by 0.1" in warnings) == (found, found)
+        assert ("in 1 channels" in warnings) == found
+
+
 def impact(start, height=40.0):
     phase = (TIME - start) / 0.02
     return np.where((phase > 0) & (phase < 1), height * np.sin(np.pi * phase), 0.0)
