@@ -103,6 +103,8 @@ def _cause_of(one: Cause, scene: SceneComparison) -> str:
         case "offset":
             size, sense = _round(abs(one.value), one.uncertainty, unit), "above" if one.value > 0 else "below"
             return f"{of_b} {size} {sense} {those} of {a}, at all times"
+        case "turns":
+            return f"{of_b} whole turns away from {those} of {a}: a mapping leaves them out by angle = true"
         case "constant":
             return f"{of_b} constant, {quantity(one.value, unit)}"
         case "shift":
