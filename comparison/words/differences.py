@@ -27,7 +27,7 @@ _DOUBTS = {
     Doubt.FEW_RUNS: f"fewer than {ENOUGH_MEMBERS} runs from moved starts succeeded",
     Doubt.ONE_STATE: "one state alone was moved",
     Doubt.UNREFINED: "a run at a finer setting failed",
-    Doubt.NO_EFFECT: "runs of one at two settings are equal, so its error is not known",
+    Doubt.NO_EFFECT: "the runs that show the error of one are equal, so it is not known",
     Doubt.UNMOVED: "a moved start changes nothing in one",
 }
 _UNPREDICTABLE = {

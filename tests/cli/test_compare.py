@@ -25,6 +25,7 @@ CODES = {
     # A limit that decides nothing is warned of.
     "a.csv b.csv --share 0.9": (3, "--share has no effect without a tolerance"),
     "a.csv b.csv --tolerance 1 --finer-a a.csv --finer-b b.csv": (0, "--tolerance has no effect: the unc"),
+    "a.csv b.csv --finer-a a.csv --finer-b b.csv": (0, "a: runs at two settings are equal"),
 }
 REFUSED = {
     "a.csv hole.csv": "0.39|0.6 s|20 rows",
