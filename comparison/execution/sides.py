@@ -236,17 +236,17 @@ def _read(result: Any, run: Run, dialect: Dialect) -> Source | SolverError:
     label = run.side.label
     if isinstance(result, SolverError):
         return SolverError(f"{label}, {run.side.kind} {run.side.at(run.level):g}: {result}")
-    try:
-        if not isinstance(result, bytes):
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, label.replace("/", "-"))
+        try:
+            if isinstance(result, bytes):
+                path.write_bytes(result)
+                return replace(open_source(path, dialect), path=Path(label))
             source = as_source(result, label)
-            refusal = SolverError(f"{label}: must return a pandas data frame, not a path")
-            return refusal if isinstance(source, Path) else source
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder, label.replace("/", "-"))
-            path.write_bytes(result)
-            return replace(open_source(path, dialect), path=Path(label))
-    except TableError as error:
-        return SolverError(str(error).replace(f"{tempfile.gettempdir()}/", ""))
+        except TableError as error:
+            return SolverError(str(error).replace(str(path), label))
+    refusal = SolverError(f"{label}: must return a pandas data frame, not a path")
+    return refusal if isinstance(source, Path) else source
 
 
 def _filled(word: str, values: Mapping[str, str]) -> str:

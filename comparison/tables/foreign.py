@@ -360,7 +360,7 @@ def _select_rows(frame: pd.DataFrame, at_events: str | None, name: str) -> pd.Da
     if count > time.size // 2:
         raise TableError(f"{where}: most rows have the time before: too few digits?")
     if at_events is None:
-        events = "if these are events, --at-events left, right or both says which rows count"
+        events = "write one row of each time, or sixbar compare chooses by --at-events left, right or both"
         raise TableError(f"{where}: {events}")
     first, last = ~again, np.append(~again[1:], True)
     if at_events == "both" and (inner := time[~(first | last)]).size:

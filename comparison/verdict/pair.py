@@ -380,7 +380,8 @@ class Pair:
         A scale is the range of the column of this name in the first run of the side, else 1.
         """
         columns = self._columns(Run(side, 0, (0.0,) * shares.size))
-        ranges = {name: float(np.ptp(values[np.isfinite(values)])) for name, values in columns.items()}
+        known = {name: values[np.isfinite(values)] for name, values in columns.items()}
+        ranges = {name: float(np.ptp(values)) for name, values in known.items() if values.size}
         missing = [state for state in self.keys.start.states if state not in {*columns, *self.scales}]
         if missing and not isinstance(side.solver, Command):
             has = ", ".join(name for name in columns if not name.startswith("#"))
