@@ -237,7 +237,8 @@ def _assign(
         unknown = [name for name in left if name not in shared]
         if unknown and not own and compare is None:
             rule_of_names = "is not a channel, nor a column of both tables"
-            raise TableError(f"{source.path}: {unknown[0]!r} {rule_of_names}; {_HINT}")
+            hint = f"{_HINT}; compare = [...] there leaves it out"
+            raise TableError(f"{source.path}: {unknown[0]!r} {rule_of_names}; {hint}")
         assigned.append(columns)
         left_out.append(left)
     if compare is not None:

@@ -216,6 +216,7 @@ SLOW = "limit = 0.2\n[side.a]\ncommand = \"python -c 'import time; time.sleep(60
         ("a.py", "b.py", "a, tolerance 1e-06: ended with code 2: "),
         ('[side.a]\ncommand = "python a.py', SLOW, "a, tolerance 1e-06: stopped after 0.2 s: python -c"),
         ("{out}", "{out}.csv", "has written no table to {out}"),
+        ("python a.py {tolerance} {start} {out}", EMPTY, "sixbar: a: is empty"),
         ("command", "file", "side.a with a file has no other keys than label, u and"),
     ],
 )  # fmt: skip
