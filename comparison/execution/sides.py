@@ -254,20 +254,20 @@ def _read(result: Any, run: Run, dialect: Dialect) -> Source | SolverError:
     label = run.side.label
     if isinstance(result, SolverError):
         return SolverError(f"{label}, {run.side.kind} {run.side.at(run.level):g}: {result}")
-    try:
-        if not isinstance(result, tuple):
-            source = as_source(result, label)
-            refusal = SolverError(f"{label}: must return a pandas data frame, not a path")
-            return refusal if isinstance(source, Path) else source
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder, label.replace("/", "-"))
-            content, stored = result
-            path.write_bytes(content)
-            source = open_source(path, dialect)
-        notes = [*source.notes, *[_STORED] * stored]
-        return replace(source, path=Path(label), notes=notes)
-    except TableError as error:
-        return SolverError(str(error).replace(f"{tempfile.gettempdir()}/", ""))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, label.replace("/", "-"))
+        try:
+            if isinstance(result, tuple):
+                content, stored = result
+                path.write_bytes(content)
+                source = open_source(path, dialect)
+                notes = [*source.notes, *[_STORED] * stored]
+                return replace(source, path=Path(label), notes=notes)
+            frame = as_source(result, label)
+        except TableError as error:
+            return SolverError(str(error).replace(str(path), label))
+    refusal = SolverError(f"{label}: must return a pandas data frame, not a path")
+    return refusal if isinstance(frame, Path) else frame
 
 
 def _filled(word: str, values: Mapping[str, str]) -> str:

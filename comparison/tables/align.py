@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
+from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from comparison.formatting import spans
 from comparison.tables.channels import Array, BoolArray, Channel
@@ -58,11 +58,18 @@ def holes(time: Array) -> list[Hole]:
 
 
 def isolated(time: Array, values: Array, allowed: float) -> Array:
-    """Return each sample's distance from the line through its neighbours where it exceeds a limit, else 0."""
+    """Return each sample's distance from its neighbours where it exceeds a limit, else 0; of four at least.
+
+    That is from their line or the cubic spline through every second sample, whichever is nearer: from a line
+    a smooth curve is off by its curvature, and a spline overshoots beside steps of other lengths.
+    """
     distance = np.zeros(time.shape)
     share = (time[1:-1] - time[:-2]) / (time[2:] - time[:-2])
     line = values[:-2] + share * (values[2:] - values[:-2])
     distance[1:-1] = np.abs(values[1:-1] - line)
+    for own, others in ((np.s_[::2], np.s_[1::2]), (np.s_[1::2], np.s_[::2])):
+        cubic = CubicSpline(time[others], values[others])(time[own])
+        distance[own] = np.minimum(distance[own], np.abs(values[own] - cubic))
     return np.where(distance > allowed, distance, 0.0)
 
 

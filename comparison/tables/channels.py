@@ -40,10 +40,16 @@ class Channel:
     rate: str | None = None
     follows: str | None = None
     gap: tuple[str, ...] = ()
+    error: bool = False
     angle: bool = False
     turn: float = 2 * pi  # a revolution in the unit of an angle
     rounding: float = 0.0  # of a table's numbers to their digits, as a share of them
     given: float | None = None  # scale that the user states, in the channel's unit; None: by ``scale``
+
+    @property
+    def unscaled(self) -> bool:
+        """Whether it is an error, and no scale is stated that a tolerance may be a share of."""
+        return self.error and self.given is None
 
     def scale_value(self, scene: Mapping[str, Any] | None, extent: Extent) -> float | Extent:
         """Return the scale in the channel's unit; without a scene or clearance the ``extent`` of the results.

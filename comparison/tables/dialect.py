@@ -23,6 +23,7 @@ from comparison.tables.units import parse_unit, same_dimension
 _SPACES = r"\s+"  # the separator: any number of spaces and tabs
 _SEPARATORS = (";", "\t", ",", _SPACES)
 _COMMENTS = ("#", "%", "!")
+_DIGIT = re.compile(r"\W*(?:\d|nan|inf)", re.IGNORECASE)  # how a number begins, also one that is misread
 _EXPONENT = r"(?:[eEdDqQ][+-]?\d+|[+-]\d{3})?"  # Fortran's has a D, or no letter before three digits
 _FORTRAN = re.compile(  # 1.5D-3, 1.5-101
     r"([+-]?(?=\.?\d)\d*\.?\d*)[dDqQ]([+-]?\d+)|([+-]?(?=\.?\d)\d*\.\d*)([+-]\d{3})"
@@ -170,9 +171,14 @@ def decode(content: bytes) -> str:
 def parse_text(path: Path, text: str, dialect: Dialect) -> Source:
     """Read the columns of a text with line feeds; a `TableError`, without the file, if they are not clear."""
     lines = [_Line(n, line) for n, line in enumerate(text.split("\n"), 1) if line.strip(" \t")]
+    if not lines:
+        raise TableError("is empty")
     titles = [line for line in lines if line.number > (dialect.skip or 0)]
     first, layout = _first_row(titles, dialect)
     rows = dict(_rows(titles[first:], layout))
+    for number, fields in rows.items():
+        if not any(map(_DIGIT.match, fields)):
+            raise TableError(f"line {number} is text: save one block per file, or {remedy('skip')}")
     size = [str(len(rows)), str(len(layout.row))]  # a line of these numbers alone is a title
     above = [line for line in titles[:first] if line.text.split() != size]
     heading, notes = _heading(above, layout, dialect)

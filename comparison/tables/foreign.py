@@ -271,7 +271,8 @@ def _assign(
         unknown = [name for name in left if name not in shared]
         if unknown and not own and compare is None:
             rule_of_names = "is not a channel, nor a column of both tables"
-            raise TableError(f"{source.path}: {unknown[0]!r} {rule_of_names}; {_HINT}")
+            hint = f"{_HINT}; compare = [...] there leaves it out"
+            raise TableError(f"{source.path}: {unknown[0]!r} {rule_of_names}; {hint}")
         assigned.append(columns)
         left_out.append(left)
     if compare is not None:
@@ -397,7 +398,7 @@ def _select_rows(frame: pd.DataFrame, at_events: str | None, name: str) -> pd.Da
     if count > time.size // 2:
         raise TableError(f"{where}: most rows have the time before: too few digits?")
     if at_events is None:
-        events = "if these are events, --at-events left, right or both says which rows count"
+        events = "write one row of each time, or sixbar compare chooses by --at-events left, right or both"
         raise TableError(f"{where}: {events}")
     first, last = ~again, np.append(~again[1:], True)
     if at_events == "both" and (inner := time[~(first | last)]).size:

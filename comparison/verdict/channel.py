@@ -62,9 +62,10 @@ class Criteria(Options, Compare):
         super().__init__(**options)
         check_gate(self.gate)
 
-    def tolerance_of(self, channel: str) -> float | None:
+    def tolerance_of(self, channel: Channel) -> float | None:
         """Return the tolerance of a channel; None if nothing limits it."""
-        return self.tolerances.get(channel, self.tolerance)
+        of_all = None if channel.unscaled and not self.absolute else self.tolerance
+        return self.tolerances.get(channel.name, of_all)
 
     def over(self, *usual: Mapping[str, Any]) -> "Criteria":
         """Return these criteria completed by ``usual``, the last of which has precedence; gates join."""
@@ -137,7 +138,7 @@ def compare_channel(
     was said.
     """
     time, a, b, u_a, u_b = samples
-    known, tolerance = u_a is not None and u_b is not None, criteria.tolerance_of(channel.name)
+    known, tolerance = u_a is not None and u_b is not None, criteria.tolerance_of(channel)
     if before is not None and u_a is not None and u_b is not None:
         least = np.abs(a - b) / limits.k
         small = ~before & (least > combined(u_a, u_b))
@@ -186,6 +187,8 @@ def _by_samples(channel: ChannelComparison, settled: int, *, demanded: bool) -> 
     Only the first ``settled`` samples show a difference. ``demanded``: whether it is indeterminate where too
     few samples are predictable.
     """
+    if channel.extent < channel.definition.floor:
+        return {"verdict": "unexcited", "basis": Basis.RANGE}
     judged, threshold, limits = channel.judged, channel.threshold, channel.limits
     count, outside = int(judged.sum()), int(channel.beyond.sum())
     fixed = channel.u is None
@@ -199,10 +202,8 @@ def _by_samples(channel: ChannelComparison, settled: int, *, demanded: bool) -> 
     where = differs(channel.predictable, channel.nonzero, channel.beyond, limits)
     where = where[-1:] if fixed else where[:settled]  # the share that a user states is of all samples
     verdict = "indeterminate"
-    if channel.extent < channel.definition.floor:
-        verdict, basis = "unexcited", Basis.RANGE
-    elif threshold is None:
-        basis = Basis.NO_LIMIT
+    if threshold is None:
+        basis = Basis.ERROR if channel.definition.unscaled else Basis.NO_LIMIT
     elif where.any():
         verdict, basis = "differ", Basis.SAMPLES
         judgement["differs_from"] = nan if fixed else float(channel.time[where.argmax()])
@@ -261,7 +262,7 @@ def between(channel: ChannelComparison, tables: Sequence[Table]) -> Between:
 
 def apply_gate(channel: ChannelComparison, gate: Mapping[str, float]) -> ChannelComparison:
     """Check a channel's metrics against their limits; a difference that samples show remains."""
-    if channel.u is not None or channel.verdict == "unexcited":
+    if channel.u is not None or channel.verdict == "unexcited" or channel.definition.unscaled:
         return channel
     values = dict(channel.metrics)
     values["max_scaled"], values["rms_scaled"] = channel.max_scaled, channel.rms_scaled

@@ -79,7 +79,9 @@ def compare(
         raise TableError("further runs require equal times: a common time does not apply to them")
     _check_grids(labelled)
     if not common_time:
-        _check_ends(labels, a.base.time, b.base.time)
+        alone = a.finer is None and b.finer is None
+        remedy = "--common-time compares where both have rows" if alone else "write both over the same time"
+        _check_ends(labels, a.base.time, b.base.time, remedy)
     aligned = align(a.base, b.base, names)
     if common_time:
         first, second, notes = _cut_to_common(a.base, b.base, aligned.time)
@@ -90,8 +92,8 @@ def compare(
     if aligned.interpolated and a.finer is not None and b.finer is not None:
         raise TableError(
             f"{labels[0]} and {labels[1]}: with uncertainties both must have the same times, to a billionth "
-            "of the interval: write both with one output step and 15 digits; or give --tolerance, which "
-            "interpolates, without further runs"
+            "of the interval: write both with one output step and 15 digits; or compare one table of each by "
+            "sixbar compare --tolerance, which interpolates"
         )
     limits = thresholds(tier)
     period = criteria.period if scene is None else scene.period
@@ -281,14 +283,14 @@ def _check_grids(labelled: Sequence[tuple[str, Runs]]) -> None:
                 raise TableError(f"{_run_name(label, which)}: its times differ from those of {label}")
 
 
-def _check_ends(labels: tuple[str, str], a: Array, b: Array) -> None:
+def _check_ends(labels: tuple[str, str], a: Array, b: Array, remedy: str) -> None:
     """Reject tables of which one has rows before or after those of the other."""
     early, late = slacks(a, b)
     if abs(a[0] - b[0]) > early or abs(a[-1] - b[-1]) > late:
         span_a, span_b = spans(*a[[0, -1]], *b[[0, -1]])
         raise TableError(
             f"{labels[0]} spans {span_a} and {labels[1]} {span_b}: one of them is truncated, or has another "
-            "unit or zero of time; --common-time compares where both have rows"
+            f"unit or zero of time; {remedy}"
         )
 
 
@@ -337,7 +339,7 @@ def _interpolation_warnings(
             "between them and the nearest samples of the interpolated table",
         )
     time, outstanding = runs.base.time, []
-    if time.size < 3:
+    if time.size < 4:
         return warnings
     between = ~np.isin(time, aligned.time)
     for name, result in results.items():

@@ -1,8 +1,8 @@
 """Causes of a difference that its shape shows, and the share of it that refining either model leaves.
 
 Causes, whatever their size: the keys in which the scenes differ; a channel of b that is a multiple of a's,
-moved by a constant, or late, named where undoing it leaves a tenth of the difference; and causes in the
-physics of the press (`comparison.verdict.press`).
+moved by a constant or whole turns, or late, named where undoing it leaves a tenth of the difference; and
+causes in the physics of the press (`comparison.verdict.press`).
 
 Attribution: with the difference E = a - b the remainders are E_a = a_finer - b and E_b = a - b_finer: if b's
 step causes the difference, refining b divides E by factor^order and refining a leaves it unchanged; if the
@@ -12,7 +12,7 @@ whose verdict is the scene's.
 """
 
 from dataclasses import replace
-from math import inf, nan, sqrt
+from math import inf, nan, pi, sqrt
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,7 @@ from comparison.scene import Scene
 from comparison.scene.keys import differing
 from comparison.tables.align import Shift, estimate, hermite
 from comparison.tables.table import Table
+from comparison.tables.units import parse_unit, same_dimension
 from comparison.verdict.press import (
     FEW,
     RIVAL,
@@ -123,6 +124,12 @@ def _relation(channel: ChannelComparison, results: Channels, shift: Shift) -> Ca
     name, a, b = channel.channel, channel.a[rows], channel.b[rows]
     if np.ptp(b) == 0.0 < np.ptp(a) and channel.nonzero.all():
         return Cause("constant", (name,), float(b[0]), 0.0, rest=0.0)
+    unit = parse_unit(channel.unit)
+    turn = 2 * pi / float(unit.factor) if unit and same_dimension(unit, parse_unit("rad")) else inf
+    turns = np.round((b - a) / turn)
+    if turns.any() and np.abs(left := b - a - turns * turn).max() <= _REST * turn:
+        rest = rms(channel.time[rows], left) / rms(channel.time[rows], b - a)
+        return Cause("turns", (name,), turn, 0.0, rest=rest)
     offset, ratio = fit(a, b, moved=True), fit(a, b, scaled=True)
     both = fit(a, b, scaled=True, moved=True)
     best = min(offset, ratio, key=lambda fit: fit.rest)

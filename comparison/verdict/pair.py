@@ -46,7 +46,7 @@ from comparison.tables.mapping import Mapping, Quantity, mapping_of
 from comparison.tables.table import Table, TableError
 from comparison.verdict.channel import Criteria
 from comparison.verdict.confirmation import OTHER_MEMBERS, equivalent_start, scaled_member, unconfirmed
-from comparison.verdict.recorded import ProgramRuns, compare_recorded, off_by
+from comparison.verdict.recorded import ProgramRuns, compare_recorded, off_by, without_error
 from comparison.verdict.results import Doubt, SceneComparison
 
 FACTORS = {"tolerance": 10.0, "step": 1.7}
@@ -306,11 +306,6 @@ class Pair:
             read = self._ensembles(result, level, read[0])
             result = replace(self._compare(read, result), refined=level)
         programs, _ = read
-        alike = [n for n, own in enumerate(programs) if own.finer and own.finer.frame.equals(own.base.frame)]
-        for n in alike:
-            line = f"{self.sides[n].label}: runs at two settings are equal: is the setting used?"
-            result = replace(result, warnings=(*result.warnings, line))
-            doubt = Doubt.NO_EFFECT
         for side, own in zip(self.sides, programs, strict=True):
             pair = [run.frame for run in own.perturbed[:2]]
             if own.coarser and pair and all(frame.equals(own.coarser.frame) for frame in pair):
@@ -318,7 +313,7 @@ class Pair:
                 result, doubt = replace(result, warnings=(*result.warnings, line)), Doubt.UNMOVED
         if result.verdict == "differ" and result.confirmation and doubt:
             result = unconfirmed(result, doubt, result.confirmation.members)
-        return result, programs
+        return without_error(result, programs, [bool(side.files) for side in self.sides]), programs
 
     def _compare(self, read: Programs, before: SceneComparison | None = None) -> SceneComparison:
         demand, window, channels = self.keys.demand, self.keys.window, self.mapping.compare
@@ -389,7 +384,8 @@ class Pair:
         A scale is the range of the column of this name in the first run of the side, else 1.
         """
         columns = self._columns(Run(side, 0, (0.0,) * shares.size))
-        ranges = {name: float(np.ptp(values[np.isfinite(values)])) for name, values in columns.items()}
+        known = {name: values[np.isfinite(values)] for name, values in columns.items()}
+        ranges = {name: float(np.ptp(values)) for name, values in known.items() if values.size}
         missing = [state for state in self.keys.start.states if state not in {*columns, *self.scales}]
         if missing and not isinstance(side.solver, Command):
             has = ", ".join(name for name in columns if not name.startswith("#"))

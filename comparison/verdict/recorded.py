@@ -185,7 +185,7 @@ def compare_files(
     warnings += tuple(f"{name} has no effect{why}" for name in unused if stated[name])
     if criteria.until is not None and not uncertain:
         warnings += ("--until has no effect: without finer runs it is unknown what is predictable",)
-    return compare_recorded(
+    result = compare_recorded(
         first,
         second,
         scene=scene,
@@ -193,6 +193,25 @@ def compare_files(
         warnings=warnings,
         criteria=whole,
     )
+    repeated = [any(kind == "repeat" for kind, _ in own) for own in (a, b)]
+    return without_error(result, (first, second), repeated)
+
+
+def without_error(
+    result: SceneComparison, programs: Sequence[ProgramRuns], repeated: Sequence[bool]
+) -> SceneComparison:
+    """Warn of each program whose runs are equal, so that its error is not known; a difference is unconfirmed.
+
+    ``repeated``: whether its finer run follows from repetitions of a file.
+    """
+    for label, own, file in zip(result.labels, programs, repeated, strict=True):
+        if own.finer and own.finer.frame.equals(own.base.frame):
+            setting = "runs at two settings are equal: is the setting used?"
+            line = f"{label}: {'a repetition equals it: its error is not known' if file else setting}"
+            result = replace(result, warnings=(*result.warnings, line))
+            if result.verdict == "differ" and result.confirmation:
+                result = unconfirmed(result, Doubt.NO_EFFECT, result.confirmation.members)
+    return result
 
 
 def _recorded(

@@ -51,6 +51,7 @@ class Basis(Enum):
     RANGE = auto()  # unexcited: its range in both is below the channel's floor
     # Indeterminate
     NO_LIMIT = auto()  # neither an uncertainty nor a tolerance
+    ERROR = auto()  # an error of either, which a share of its range does not limit
     COVERAGE = auto()  # too few samples are predictable
     NOTHING_JUDGED = auto()  # no predictable sample is non-zero
     FEW_JUDGED = auto()  # too few predictable samples are non-zero
@@ -330,13 +331,13 @@ class Attribution:
 class Cause:
     """A cause of a difference that the data name, see `comparison.verdict.diagnosis`; unknown values are nan.
 
-    ``value`` by kind: "ratio" of the channels, b over a; "offset" and "constant" of b, in their unit; "shift"
-    by which b is late, s; "friction", "stiffness" and "restitution" a ratio again, of the
-    coefficient, of the contact's stiffness and of an impulse; "gravity" the change of ax, m/s^2.
+    ``value`` by kind: "ratio" of the channels, b over a; "offset" and "constant" of b, and one of the
+    "turns", in their unit; "shift" by which b is late, s; "friction", "stiffness" and "restitution" a ratio
+    again, of the coefficient, of the contact's stiffness and of an impulse; "gravity" that of ax, m/s^2.
     """
 
     kind: Literal[
-        "keys", "ratio", "offset", "constant", "shift",
+        "keys", "ratio", "offset", "turns", "constant", "shift",
         "friction", "stiffness", "restitution", "gravity", "contact",
     ]  # fmt: skip
     channels: tuple[str, ...] = ()

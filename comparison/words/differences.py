@@ -27,7 +27,7 @@ _DOUBTS = {
     Doubt.FEW_RUNS: f"fewer than {ENOUGH_MEMBERS} runs from moved starts succeeded",
     Doubt.ONE_STATE: "one state alone was moved",
     Doubt.UNREFINED: "a run at a finer setting failed",
-    Doubt.NO_EFFECT: "runs of one at two settings are equal, so its error is not known",
+    Doubt.NO_EFFECT: "the runs that show the error of one are equal, so it is not known",
     Doubt.UNMOVED: "a moved start changes nothing in one",
 }
 _UNPREDICTABLE = {
@@ -103,6 +103,8 @@ def _cause_of(one: Cause, scene: SceneComparison) -> str:
         case "offset":
             size, sense = _round(abs(one.value), one.uncertainty, unit), "above" if one.value > 0 else "below"
             return f"{of_b} {size} {sense} {those} of {a}, at all times"
+        case "turns":
+            return f"{of_b} whole turns away from {those} of {a}: a mapping leaves them out by angle = true"
         case "constant":
             return f"{of_b} constant, {quantity(one.value, unit)}"
         case "shift":

@@ -39,6 +39,7 @@ SYMBOLS = {
 _REASONS = {
     Basis.RANGE: "its range in both, {extent}, is below {floor}",
     Basis.NO_LIMIT: "there is neither an uncertainty nor a tolerance",
+    Basis.ERROR: "it is an error of each run, which no share of its own range limits",
     Basis.COVERAGE: "{c.coverage:.1%} of the samples are predictable, required: at least "
     "{least.coverage:.0%}",
     Basis.NOTHING_JUDGED: "no predictable sample is non-zero",

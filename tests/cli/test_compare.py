@@ -25,6 +25,7 @@ CODES = {
     # A limit that decides nothing is warned of.
     "a.csv b.csv --share 0.9": (3, "--share has no effect without a tolerance"),
     "a.csv b.csv --tolerance 1 --finer-a a.csv --finer-b b.csv": (0, "--tolerance has no effect: the unc"),
+    "a.csv b.csv --finer-a a.csv --finer-b b.csv": (0, "a: runs at two settings are equal"),
 }
 REFUSED = {
     "a.csv hole.csv": "0.39|0.6 s|20 rows",
@@ -34,7 +35,9 @@ REFUSED = {
     "a.csv a.csv --channels x,": "channels.1 = '' must not be empty",
     "a.csv b.csv --common-time --finer-a a.csv --finer-b b.csv": "further runs require equal times",
     "a.csv b.csv --finer-a end.csv --finer-b b.csv": "a finer: its times differ from those of a",
-    "a.csv f.csv": "'force'",
+    "a.csv f.csv": "'force'|compare = [...] there leaves it out",
+    "a.csv empty.csv": "empty.csv: is empty",
+    "a.csv blocks.csv": "line 4 is text: save one block per file",
     "one.csv a.csv": "one: its events have no column largest_depth",
     "a.csv folder": "folder: is a folder",
     "folder folder --finer-a a.csv --finer-b a.csv": "two folders",
@@ -54,6 +57,8 @@ def tables(make):
         sixbar.table(f"{name}.csv", time=np.delete(TIME, missing), x=np.delete(X, missing))
     sixbar.write("one.events.csv", "corner,start,end,normal_speed,impulse,peak_force\nll,0.1,0.2,1,1,1\n")
     sixbar.table("folder/a.csv", time=TIME, x=X)
+    sixbar.write("empty.csv", "\n")
+    sixbar.write("blocks.csv", "time,x\n0,1\n1,2\ntime,x\n0,1\n")
     sixbar.write("m.toml", "[gate]\nrms_scaled = 1.0\n")
     return sixbar
 

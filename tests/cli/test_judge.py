@@ -190,12 +190,15 @@ def test_the_error_of_a_file_for_compare(sixbar):
     for further, code in (("", 1), ("--u-a u.toml", 0), ("--u-a less.toml", 1), ("--repeat-a one.csv", 0)):
         err = sixbar(*judged.split(), *further.split(), code=code).err
         assert ("only the error of b is known" in err) == (not further)
+    err = sixbar(*judged.split(), "--repeat-a", "a.csv", code=1).err
+    assert "a: a repetition equals it: its error is not known" in err
     sixbar(*["compare", "a.csv", "b.csv", "--u-a", "u.toml", "--u-b", "less.toml"])
     sixbar.refused("compare a.csv b.csv --finer-a one.csv --u-a u.toml", "has a finer run")
     sixbar.refused(f"{judged} --u-a x.toml", "'x'", "is not a channel")
     sixbar.refused(f"{judged} --u-a zero.toml", "zero.toml: y = 0.0 must be a number > 0")
 
 
+EMPTY = "python -c 'import sys; open(sys.argv[1], chr(119))' {out} {tolerance} {start}"
 SLOW = "limit = 0.2\n[side.a]\ncommand = \"python -c 'import time; time.sleep(60)'"
 
 
@@ -216,6 +219,7 @@ SLOW = "limit = 0.2\n[side.a]\ncommand = \"python -c 'import time; time.sleep(60
         ("a.py", "b.py", "a, tolerance 1e-06: ended with code 2: "),
         ('[side.a]\ncommand = "python a.py', SLOW, "a, tolerance 1e-06: stopped after 0.2 s: python -c"),
         ("{out}", "{out}.csv", "has written no table to {out}"),
+        ("python a.py {tolerance} {start} {out}", EMPTY, "sixbar: a: is empty"),
         ("command", "file", "side.a with a file has no other keys than label, u and"),
     ],
 )  # fmt: skip

@@ -21,6 +21,7 @@ from comparison.metrics import fit
 from comparison.tables.table import Table
 from comparison.tables.table_files import write
 from comparison.verdict.recorded import compare
+from comparison.words.differences import causes
 
 SHORT = {"drive.cycles": 0.25}  # flight and the first bounces
 ENGINES = """\
@@ -90,6 +91,17 @@ def test_the_fault_of_a_table_is_said_first(run, first_lines, fault):
     common = ["--common-time"] if fault == "shift" else []
     for line in first_lines("compare", "a.csv", "b.csv", "--tolerance", "1e-4", *common):
         assert said in line
+
+
+def test_whole_turns_are_the_cause_of_an_angle_that_one_side_wraps():
+    time = np.linspace(0.0, 1.0, 201)
+    phi = 700.0 * time**2
+    sides = (pd.DataFrame({"time": time, "phi [deg]": each}) for each in (phi, phi % 360.0))
+    result = compare(*sides, tolerance=1e-6)
+    assert [cause.kind for cause in result.causes] == ["turns"]
+    assert causes(result) == [
+        "phi of b is whole turns away from that of a: a mapping leaves them out by angle = true"
+    ]
 
 
 CONTACT = r"the first impact, at 0.0109753 s \(upper left corner\), has"

@@ -137,6 +137,41 @@ def test_a_shift_is_held_against_the_tolerance():
     assert "The tolerance allows 0.00064 s" in scene_reason(result)
 
 
+@pytest.mark.parametrize(
+    ("options", "verdict"),
+    [
+        ({"tolerance": 1e-6}, "indeterminate"),
+        ({"tolerance": 1e-6, "gate": {"rms_scaled": 1e-3}}, "indeterminate"),
+        ({"tolerance": 1e-12, "absolute": True}, "differ"),
+        ({"tolerance": 1e-6, "tolerances": {"energy_residual": 1e-6}}, "differ"),
+    ],
+)
+def test_a_share_of_its_own_range_does_not_limit_an_error(options, verdict):
+    """The residual of one run is its round-off, that of the other a thousand times as large."""
+    sides = (
+        Runs(Table(pd.DataFrame({"time": TIME, "slider_x": WAVE, "energy_residual": size * WAVE})))
+        for size in (1e-11, 1e-8)
+    )
+    result = compare(*sides, **options)
+    assert result.channels["energy_residual"].verdict == verdict
+    assert result.verdict == ("differ" if verdict == "differ" else "agree")
+
+
+def test_no_sample_of_a_constant_channel_is_outside():
+    channel = judged("slider_x", 1e-16 * WAVE, 2e-16 * WAVE, tolerance=1e-6).channels["slider_x"]
+    assert (channel.verdict, channel.outside) == ("unexcited", 0)
+
+
+def test_a_spike_between_the_compared_times_stands_out_and_the_curvature_of_a_wave_does_not():
+    spike = WAVE + 0.1 * (np.arange(TIME.size) == 503)
+    for x, found in ((WAVE, False), (spike, True)):
+        fine = pd.DataFrame({"time": TIME, "slider_x": x, "slider_y": WAVE})
+        coarse = pd.DataFrame({"time": TIME, "slider_x": WAVE, "slider_y": WAVE})[::5]
+        warnings = " ".join(compare(Runs(Table(fine)), Runs(Table(coarse)), tolerance=1e-6).warnings)
+        assert ("stand out" in warnings, "slider_x at t = 1.006 s by 0.1" in warnings) == (found, found)
+        assert ("in 1 channels" in warnings) == found
+
+
 def impact(start, height=40.0):
     phase = (TIME - start) / 0.02
     return np.where((phase > 0) & (phase < 1), height * np.sin(np.pi * phase), 0.0)

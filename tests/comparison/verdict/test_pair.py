@@ -139,6 +139,25 @@ def test_a_setting_or_a_start_without_effect_is_said():
         assert any("a moved start changes nothing" in warning for warning in warnings) == said
 
 
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda table: table.assign(y0=nan), "b: y0 is nan in data row 1"),
+        (lambda table: table[:0], "b: 0 data rows"),
+        (lambda table: table[:-9], "write both over the same time"),
+        (lambda table: table[::2], "sixbar compare --tolerance"),
+        (lambda table: table.iloc[[0, 0, *range(1, 101)]], "write one row of each time"),
+    ],
+)
+def test_a_table_that_cannot_be_judged_is_refused_in_one_line(change, message):
+    def side(tolerance, offsets):
+        return change(decay(tolerance, offsets))
+
+    with pytest.raises(TableError, match=r"^[^\n]+$") as refusal:
+        sixbar.judge(decay, lambda *call: side(*call), tolerance=1e-8, states=1)
+    assert message in str(refusal.value)
+
+
 def test_demands_are_met_by_what_is_agreed_until():
     """From 6 s on the finer run is apart."""
 

@@ -190,7 +190,7 @@ def test_numbers_arrive_bit_for_bit_below_titles_and_above_a_blank_row():
 @pytest.mark.parametrize(
     ("rows", "rule"),
     [
-        ([NAMES, *ROWS[:3], ["run 2"], *ROWS], "column 'time' is not a number in line 5: 'run 2'"),
+        ([NAMES, *ROWS[:3], ["run 2"], *ROWS], "line 5 is text"),
         ([[*NAMES, "a\nb"], *([*row, "no"] for row in ROWS)], "'a b' is not a number in line 2: 'no'"),
         ([["time", "slider_y"], ["0.1", "0.2"]], "of its sheets none hold rows of two or more numbers"),
     ],

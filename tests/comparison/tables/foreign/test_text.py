@@ -79,7 +79,7 @@ ZEIT = '[columns.Zeit]\nchannel = "time"\nunit = "s"\n[columns.x]\nchannel = "x"
         ("time,load (left),load (right)\n" + ROWS, "column 'load' occurs twice", NAMED, "p q", [1, 2]),
         ("Zeit;x;F\n0;1;5\n1;2;6\n", "channel time is missing; columns: F, Zeit, x", ZEIT, "x", [1, 2]),
         ("time|x|F\n0|1|5\n1|2|6\n", "contains no row of two or more", 'separator = "|"', "x F", [1, 2]),
-        ("2024 11 28\n12 30 45\ntime x F\n0 1 5\n1 2 6\n", "number in line 3", "skip = 2", "x F", [1, 2]),
+        ("2024 11 28\n12 30 45\ntime x F\n0 1 5\n1 2 6\n", "line 3 is text", "skip = 2", "x F", [1, 2]),
         ("clock;x;flag\n0;1;no\n1;2;yes\n", "contains no row", CLOCK, "x", [1, 2]),
         ("# Slider,press\n0,5.5\n1,6.5\n", "a comment, a row or", 'comment = "#"', "#2", [5.5, 6.5]),
     ],
