@@ -193,24 +193,35 @@ def compare_files(
         warnings=warnings,
         criteria=whole,
     )
-    repeated = [any(kind == "repeat" for kind, _ in own) for own in (a, b)]
-    return without_error(result, (first, second), repeated)
+    known = [
+        bool(error) or any(kind == "repeat" for kind, _ in own)
+        for own, error in zip((a, b), errors, strict=True)
+    ]
+    return without_error(result, (first, second), known)
 
 
 def without_error(
-    result: SceneComparison, programs: Sequence[ProgramRuns], repeated: Sequence[bool]
+    result: SceneComparison, programs: Sequence[ProgramRuns], stated: Sequence[bool]
 ) -> SceneComparison:
-    """Warn of each program whose runs are equal, so that its error is not known; a difference is unconfirmed.
+    """Warn of channels of which no error is known, where others, or further runs, promise one.
 
-    ``repeated``: whether its finer run follows from repetitions of a file.
+    A difference of runs that are equal is unconfirmed. ``stated``: whether a program's errors, or repetitions
+    of its table, stand in place of a finer run.
     """
-    for label, own, file in zip(result.labels, programs, repeated, strict=True):
-        if own.finer and own.finer.frame.equals(own.base.frame):
-            setting = "runs at two settings are equal: is the setting used?"
-            line = f"{label}: {'a repetition equals it: its error is not known' if file else setting}"
-            result = replace(result, warnings=(*result.warnings, line))
-            if result.verdict == "differ" and result.confirmation:
-                result = unconfirmed(result, Doubt.NO_EFFECT, result.confirmation.members)
+    for label, own, file in zip(result.labels, programs, stated, strict=True):
+        if own.finer is None:
+            continue
+        names = [*(result.excited if file else own.base.names)]
+        equal = [name for name in names if np.array_equal(own.finer.values(name), own.base.values(name))]
+        if file and equal:
+            line = f"no error is known of {', '.join(equal)}, which counts as exact apart from its round-off"
+        elif equal == names:
+            line = "runs at two settings are equal: is the setting used?"
+        else:
+            continue
+        result = replace(result, warnings=(*result.warnings, f"{label}: {line}"))
+        if equal == names and result.verdict == "differ" and result.confirmation:
+            result = unconfirmed(result, Doubt.NO_EFFECT, result.confirmation.members)
     return result
 
 

@@ -191,8 +191,12 @@ def test_the_error_of_a_file_for_compare(sixbar):
         err = sixbar(*judged.split(), *further.split(), code=code).err
         assert ("only the error of b is known" in err) == (not further)
     err = sixbar(*judged.split(), "--repeat-a", "a.csv", code=1).err
-    assert "a: a repetition equals it: its error is not known" in err
+    assert "a: no error is known of y, which counts as exact apart from its round-off" in err
     sixbar(*["compare", "a.csv", "b.csv", "--u-a", "u.toml", "--u-b", "less.toml"])
+    for name, error in (("two", 0.0), ("other", 1e-9), ("finer", 0.0)):
+        sixbar.table(f"{name}.csv", time=time, y=y + error, v=y**2)
+    err = sixbar(*"compare two.csv other.csv --finer-b finer.csv --u-a u.toml".split()).err
+    assert "two: no error is known of v, which counts as exact" in err
     sixbar.refused("compare a.csv b.csv --finer-a one.csv --u-a u.toml", "has a finer run")
     sixbar.refused(f"{judged} --u-a x.toml", "'x'", "is not a channel")
     sixbar.refused(f"{judged} --u-a zero.toml", "zero.toml: y = 0.0 must be a number > 0")
