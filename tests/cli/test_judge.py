@@ -195,7 +195,7 @@ def test_the_error_of_a_file_for_compare(sixbar):
     sixbar(*["compare", "a.csv", "b.csv", "--u-a", "u.toml", "--u-b", "less.toml"])
     for name, error in (("two", 0.0), ("other", 1e-9), ("finer", 0.0)):
         sixbar.table(f"{name}.csv", time=time, y=y + error, v=y**2)
-    err = sixbar(*"compare two.csv other.csv --finer-b finer.csv --u-a u.toml".split()).err
+    err = sixbar(*["compare", "two.csv", "other.csv", "--finer-b", "finer.csv", "--u-a", "u.toml"]).err
     assert "two: no error is known of v, which counts as exact" in err
     sixbar.refused("compare a.csv b.csv --finer-a one.csv --u-a u.toml", "has a finer run")
     sixbar.refused(f"{judged} --u-a x.toml", "'x'", "is not a channel")
