@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 
 _WRITABLE = (".csv", ".parquet")  # endings of the tables that can be written
 _OBTAINED = "obtained"  # folder beside an expected table, for the files of a failing test
-_COMPANIONS = (".csv", ".events.csv", ".extrema.csv", ".json", ".html")  # endings of the files in it
+# Endings of the files in it.
+_COMPANIONS = (".csv", ".events.csv", ".pulses.csv", ".extrema.csv", ".json", ".html")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -259,6 +260,7 @@ class _Pair:
             beside.events,
             beside.extrema,
             beside.provenance,
+            pulses=beside.pulses,
             cycle_extrema=beside.cycle_extrema,
         )
 

@@ -242,6 +242,8 @@ def sweep(
         if key not in keys:
             hint = f"is not a key of a scene{did_you_mean(key, base.schema)}"
             raise SweepError(f"sweep of scene {base.name!r}: {key!r} {hint}")
+        if key in base.overrides:
+            raise SweepError(f"sweep of scene {base.name!r}: {key!r} is swept and cannot be set as well")
     for model in models:
         find(model)
     folder.mkdir(parents=True, exist_ok=True)

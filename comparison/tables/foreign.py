@@ -57,7 +57,7 @@ def open_source(path: Path, dialect: Dialect | None = None) -> Source:
             head = file.read(_HEAD)
         source = _source(path, head, dialect or Dialect())
     columns = [each for each in source.columns if not is_uncertainty(each.name)]
-    records = ["record"] * (path.suffix.lower() in table_files.FORMATS)
+    records = ["record", "cycle_extrema"] * (path.suffix.lower() in table_files.FORMATS)
     beside = table_files.read_beside(path, ["events", "pulses", *records], source.notes)
     return replace(source, columns=columns, beside=beside)
 

@@ -30,7 +30,8 @@ LARGEST = 2_000_000_000
 """Largest size of a table, bytes, as a file and as numbers in memory."""
 FORMATS = (".csv", ".parquet")
 """Endings of the tables of this project."""
-_ENDS = {"events": "events.csv", "pulses": "pulses.csv", "cycle_extrema": "extrema.csv", "record": "json"}
+_ENDS = {"events": "events.csv", "pulses": "pulses.csv", "record": "json", "cycle_extrema": "extrema.csv"}
+_NEEDS = {"pulses": "events", "cycle_extrema": "provenance"}  # what has to be beside a companion
 """Attribute of a table -> ending of its file."""
 _CONTACT = {"corner", "start", "end"}  # columns by which events are known as contacts
 readable = partial(reading, refusal=TableError)
@@ -78,7 +79,7 @@ def read_parquet(path: Path) -> pd.DataFrame:
 
 
 def read_beside(path: Path, names: Iterable[str] = tuple(_ENDS), notes: list[str] | None = None) -> Table:
-    """Read these companions of a table, as a table without rows; pulses only where there are events.
+    """Read these companions of a table, as a table without rows, each only beside what it needs.
 
     Cycle extrema are real numbers, pulses too, with integer rows; `comparison.tables.table.check` refuses
     columns of anything else. What cannot be read is a `TableError`, or where they are given one of the
@@ -87,7 +88,7 @@ def read_beside(path: Path, names: Iterable[str] = tuple(_ENDS), notes: list[str
     parts: dict[str, Any] = {}
     for name in names:
         try:
-            if name != "pulses" or "events" in parts:
+            if name not in _NEEDS or _NEEDS[name] in parts:
                 parts |= _read_companion(_companion(path, name), name)
         except TableError as error:
             if notes is None:

@@ -325,5 +325,5 @@ def gate_summary(gate: Gate) -> str:
     """Return the result of the checks in one sentence."""
     checked = sum(check.status != "skipped" for check in gate.checks)
     if gate.regressions:
-        return f"{len(gate.regressions)} of {checked} checks failed: a model deviates from its baseline"
+        return f"{len(gate.regressions)} of {checked} checks failed: the baseline does not hold"
     return f"All {checked} checks passed: both models match their baseline"

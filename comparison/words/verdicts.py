@@ -44,7 +44,7 @@ _REASONS = {
     "{least.coverage:.0%}",
     Basis.NOTHING_JUDGED: "no predictable sample is non-zero",
     Basis.FEW_JUDGED: "{count} predictable samples are non-zero, required: at least {least.least_judged}",
-    Basis.FEW_OUTSIDE: "{c.outside} of {count} predictable samples are outside their threshold: too many to "
+    Basis.FEW_OUTSIDE: "{c.outside} of {count} {judged} are outside their threshold: too many to "
     "agree, {few} that show a difference",
     Basis.LARGEST: "at t = {at} s the difference is {difference}, the threshold, {least.k:g} times the "
     "largest uncertainty of all times, {threshold}",
@@ -80,6 +80,7 @@ def reason(channel: ChannelComparison) -> str:
         return f"{value:.{digits}g} {channel.unit}".rstrip()  # another mechanism's unit may be unknown
 
     fixed, late, around = channel.u is None, channel.time_tolerance, max(0, (channel.worst or 0) - 1)
+    judged = f"predictable{'' if channel.nonzero[channel.predictable].all() else ' non-zero'} samples"
     text = _REASONS[channel.basis].format(
         c=channel,
         least=channel.limits,
@@ -89,7 +90,7 @@ def reason(channel: ChannelComparison) -> str:
         at=instant(channel.worst_time, *channel.time[around : (channel.worst or 0) + 2]),
         difference=with_unit(channel.worst_size if late else channel.worst_difference),
         threshold=with_unit(channel.worst_threshold, 2),
-        judged="samples" if fixed else "predictable samples",
+        judged="samples" if fixed else judged,
         what="the tolerance" if fixed else "their threshold",
         nearest="at worst" if channel.outside else "the nearest",
         late=f" within {late:g} s" if late else "",

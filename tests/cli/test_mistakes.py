@@ -59,6 +59,7 @@ MISTAKES = {
     "study sweep ideal --list x.csv": "'time'",
     "study sweep ideal": "give one of --grid, --list and --latin",
     "study sweep ideal --grid drive.speed_rpm=": "needs at least one value",
+    "study sweep ideal --grid drive.cycles=1 --set drive.cycles=3": "is swept and cannot be set as well",
     "study sweep ideal --grid contact.poisson.guid=1": "did you mean contact.poisson.guide?",
     f"{GRID} --grid drive.speed_rpm=2": "key 'drive.speed_rpm' is given twice",
     f"{GRID} --list x.csv": "--grid and --list: give one of",

@@ -8,8 +8,11 @@ import tomllib
 import pytest
 from doc_pages import ROOT, block
 
+import sixbar
+
 # What the plugin imports where it is used: pytest inside pytest forgets what it has imported itself.
 from comparison.report import page  # noqa: F401
+from comparison.scene import load_scene
 from comparison.tables.table_files import write
 from comparison.verdict import recorded  # noqa: F401
 
@@ -79,6 +82,18 @@ def test_an_expected_table_through_its_life_in_the_example_of_a_repository(pytes
     output = run(pytester, "--sixbar-update", failed=1)
     assert "is not written: read again, it would be indeterminate" in output
     assert expected.read_bytes() == obtained
+
+
+def test_what_is_accepted_has_all_files_of_what_was_obtained(pytester):
+    scene = load_scene("150rpm-0.2mm", {"drive.cycles": 0.1, "output.groups": ["corners"]})
+    write(sixbar.simulate(scene, "reference"), pytester.path / "run.csv")
+    pytester.makepyfile("def test(assert_agree): assert_agree('tables/new.csv', 'run.csv', tolerance=1e-3)")
+    run(pytester, failed=1)
+    for options in ((), ("--sixbar-update",)):
+        run(pytester, *options, passed=1)
+        for path in pytester.path.glob("run.*"):
+            accepted = pytester.path / "tables" / path.name.replace("run", "new")
+            assert accepted.is_file(), path.name
 
 
 def test_the_version_is_the_same_where_it_stands():
