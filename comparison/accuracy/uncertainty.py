@@ -318,8 +318,8 @@ def window_samples(period: float, interval: float) -> int:
 def round_off(values: Array, time: Array, channel: Channel, learnt: int | None = None) -> Array:
     """Return the round-off of samples in double precision, in the channel's unit; shape (n,).
 
-    The largest of: its absolute number (``channels.toml``), some epsilon of its largest value, or the half of
-    a digit where the table has fewer, and its change within the error of time (s); all but the first as far
+    The largest of: its absolute number (``channels.toml``), some epsilon, or half of the last digit that a
+    table prints, of its largest value, and its change within the error of time (s); all but the first as far
     as `so_far` says.
     """
     rate = so_far(np.append(0.0, np.abs(np.diff(values) / np.diff(time))), learnt)

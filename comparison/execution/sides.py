@@ -39,7 +39,7 @@ from comparison.tables.table import TableError
 
 _LONGEST_NAME = 256  # characters of a file's name
 _LONGEST = 300  # characters of an error in a message
-_STORED = "runs of an earlier call with the same command and files are used"
+_STORED = "stored runs of the same command and files are used"
 
 
 class SolverError(TableError):
@@ -80,7 +80,7 @@ class Command:
         return dict(sorted(hashes.items()))
 
     def run(self, values: Mapping[str, str], limit: float) -> tuple[bytes, bool]:
-        """Return the table that it writes within the limit, s, and whether it is one of an earlier call.
+        """Return the table that it writes within the limit, s, and whether it was stored.
 
         Without a table it raises a `SolverError`.
         """

@@ -128,6 +128,7 @@ _HINT = f"{MAPPING} assigns columns to channels"
 _NO_RULE = Rule(channel="")
 # Of the largest value: a channel that varies by less varies by the rounding of its numbers.
 _ROUND_OFF = 4 * float(np.finfo(np.float64).eps)
+# Numbers with fewer digits are exact, such as those of a grid; those of a double need 15 or more.
 _FEWEST_DIGITS, _ALL_DIGITS = 5, 15
 
 Assigned = dict[str, tuple[Column, Rule]]
@@ -325,7 +326,7 @@ def _definitions(
             raise TableError(f"{where}: angle = true, but its unit {unit!r} is no angle")
         largest = max(_largest(column.numbers) for _, column, _ in stated)
         if any(column.numbers.size and np.ptp(column.numbers) == 0.0 for _, column, _ in stated):
-            # What is constant in one of the tables may be the residue of other forces, say, in the other.
+            # In the other table it may be the residue of larger columns in its unit.
             alike = (c.numbers for source in sources for c in source.columns if unit and c.unit == unit)
             largest = max([largest, *map(_largest, alike)])
         defined[name] = Channel(

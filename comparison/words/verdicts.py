@@ -80,7 +80,7 @@ def reason(channel: ChannelComparison) -> str:
         return f"{value:.{digits}g} {channel.unit}".rstrip()  # another mechanism's unit may be unknown
 
     fixed, late, around = channel.u is None, channel.time_tolerance, max(0, (channel.worst or 0) - 1)
-    judged = f"predictable{'' if channel.nonzero[channel.predictable].all() else ' non-zero'} samples"
+    every = channel.nonzero[channel.predictable].all()
     text = _REASONS[channel.basis].format(
         c=channel,
         least=channel.limits,
@@ -90,7 +90,7 @@ def reason(channel: ChannelComparison) -> str:
         at=instant(channel.worst_time, *channel.time[around : (channel.worst or 0) + 2]),
         difference=with_unit(channel.worst_size if late else channel.worst_difference),
         threshold=with_unit(channel.worst_threshold, 2),
-        judged="samples" if fixed else judged,
+        judged="samples" if fixed else f"predictable{'' if every else ' non-zero'} samples",
         what="the tolerance" if fixed else "their threshold",
         nearest="at worst" if channel.outside else "the nearest",
         late=f" within {late:g} s" if late else "",
