@@ -36,6 +36,8 @@ def session(*, program: bool) -> Iterator[None]:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")  # such as in an ASCII locale
+    if program:  # a job that is cancelled ends as by Ctrl-C
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
     logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it warns of a home that cannot be written
     logger, handler = logging.getLogger("comparison"), logging.Handler(logging.WARNING)
     handler.emit = lambda record: warn([record.getMessage()])  # type: ignore[method-assign]

@@ -141,14 +141,16 @@ def sweep(options: Sweep) -> int:
     from comparison.execution.tasks import on_processes
     from comparison.files import check_folder
     from comparison.scene import load_scene, parse_set
-    from comparison.studies.sweep import USUAL, SweepError, chosen_points, on_cluster
+    from comparison.studies.sweep import USUAL, SweepError, check_set, chosen_points, on_cluster
     from comparison.studies.sweep import sweep as run_sweep
     from comparison.tables.channels import expected
 
     models = [name.strip() for name in options.model.split(",")]
     try:
         chosen = chosen_points(options.grid, options.listed, options.latin, options.points, options.seed)
-        base = load_scene(options.scene, parse_set(options.overrides or []))
+        values = parse_set(options.overrides or [])
+        check_set(chosen, values)
+        base = load_scene(options.scene, values)
         folder = check_folder(options.out or console.REPORTS / f"sweep-{base.name}")
         jobs, scheduler = options.jobs or cpus(), options.scheduler
         spread = on_processes(jobs) if scheduler is None else on_cluster(scheduler)
@@ -159,11 +161,11 @@ def sweep(options: Sweep) -> int:
         raise typer.BadParameter(str(error)) from error
     if failed:
         warn([f"{failed} of {len(chosen) * len(models)} runs did not succeed: see the column status"])
-    frame = pd.read_csv(path, keep_default_na=False)
+    frame = pd.read_csv(path, keep_default_na=False, na_values=[""])
     shown = len(frame) if len(frame) <= _SHOWN + 1 else _SHOWN
     cells = {
         name: [f"{value:.5g}" if isinstance(value, float) else str(value) for value in column[:shown]]
-        for name, column in frame.items()
+        for name, column in frame.astype(object).where(frame.notna(), "").items()
     }
     say(*columns([list(map(str, cells)), *zip(*cells.values(), strict=True)]))
     if len(frame) > shown:

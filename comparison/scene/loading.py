@@ -409,10 +409,16 @@ HEAVIEST_LOAD = 1e5
 
 def implausible(scene: Scene) -> Iterator[str]:
     """Yield a line for each implausible value of a scene: key, value, unit, reason."""
+    cycles, per_cycle = scene.data["drive"].get("cycles"), scene.data["output"].get("samples_per_cycle")
+    if cycles is not None and abs((samples := cycles * per_cycle) - round(samples)) > 1e-6:  # typed digits
+        count = f"{samples:.6g} samples; {round(samples)} are run"
+        yield f"drive.cycles = {cycles:g} times output.samples_per_cycle = {per_cycle} is {count}"
     if scene.is_linkage:
         return
     data, joints, shortest = scene.data, scene.loose, contact_time(scene)
-    exudyn = data["solver"]["exudyn"]
+    exudyn, speed = data["solver"]["exudyn"], data["drive"]["speed_rpm"]
+    if abs(speed) > 1e5:
+        yield f"drive.speed_rpm = {speed:g} is faster than a turbocharger: its unit is turns a minute"
     gravity, friction = data["environment"]["gravity"], data["friction"]["coefficient"]
     if "slider" in joints:
         yield from _in_guide(data)

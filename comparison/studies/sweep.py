@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from difflib import get_close_matches
-from itertools import islice, product
+from itertools import islice, product, takewhile
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -24,7 +24,7 @@ from comparison.files import check_size, replacing
 from comparison.metrics import rms
 from comparison.models import find
 from comparison.reliability.errors import slider_errors
-from comparison.scene import Scene, digest, parse_set
+from comparison.scene import Scene, parse_set
 from comparison.scene.keys import did_you_mean, toml
 from comparison.studies.shared.scenes import settable
 from comparison.tables.channels import known_channels
@@ -55,6 +55,13 @@ def chosen_points(
     if file is not None:
         return listed(file)
     raise SweepError("give one of --grid, --list and --latin: without any there is nothing to sweep")
+
+
+def check_set(points: Sequence[Point], values: Mapping[str, object]) -> None:
+    """Raise a `SweepError` where a key that is set to a value is swept as well."""
+    for key in values:
+        if key in points[0]:
+            raise SweepError(f"--set {key}: the key is swept and cannot be set as well")
 
 
 def grid(axes: Sequence[str]) -> list[Point]:
@@ -242,25 +249,33 @@ def sweep(
         if key not in keys:
             hint = f"is not a key of a scene{did_you_mean(key, base.schema)}"
             raise SweepError(f"sweep of scene {base.name!r}: {key!r} {hint}")
-        if key in base.overrides:
-            raise SweepError(f"sweep of scene {base.name!r}: {key!r} is swept and cannot be set as well")
     for model in models:
         find(model)
     folder.mkdir(parents=True, exist_ok=True)
     tasks = [SweepRun(base, point, model, tuple(quantities)) for point in points for model in models]
     rows = measure_all(run_point, tasks, spread, on_progress, folder=folder / ROWS)
-    numbers: dict[str, int] = {}
-    keys = [digest(_texts(task.point)) for task in tasks]
     lines = [
-        {"point": numbers.setdefault(key, len(numbers) + 1), **task.point, "model": task.model}
+        {"point": number // len(models) + 1, **task.point, "model": task.model}
         | {"status": row["status"], "message": row["message"]}
         | {name: row.get("values", {}).get(name) for name in task.quantities}
-        for task, row, key in zip(tasks, rows, keys, strict=True)
+        for number, (task, row) in enumerate(zip(tasks, rows, strict=True))
     ]
     path = folder / TABLE
+    before = _content(path) if path.exists() else set()
     with replacing(path) as part:
         pd.DataFrame(lines).to_csv(part, index=False)
+    if not before <= _content(path):
+        again = "its own command writes it again from the stored runs"
+        logging.getLogger(__name__).warning("%s: replaces the table of another sweep; %s", path, again)
     return path, sum(row["status"] != SUCCESS for row in rows)
+
+
+def _content(path: Path) -> set[str]:
+    """Return the columns of a table, and the point and the model of each of its rows, as texts."""
+    with path.open(encoding="utf-8", errors="replace", newline="") as file:
+        rows = csv.DictReader(file)
+        inputs = {str([*takewhile(lambda cell: cell[0] != "status", row.items())][1:]) for row in rows}
+        return inputs | {*(rows.fieldnames or ())}
 
 
 def on_cluster(address: str) -> Spread:

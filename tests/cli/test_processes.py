@@ -29,8 +29,8 @@ def hanging(sixbar, *arguments, **options):
     return process, log
 
 
-def interrupted(sixbar, *arguments):
-    """Start a command, send Ctrl-C as a terminal does once a run hangs, and return what it printed."""
+def interrupted(sixbar, *arguments, by=signal.SIGINT):
+    """Start a command, interrupt it as a terminal does once a run hangs, and return what it printed."""
 
     def ended():
         try:
@@ -42,7 +42,7 @@ def interrupted(sixbar, *arguments):
     # What runs in the background hands down that SIGINT is ignored.
     options = {"preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL), "start_new_session": True}
     process, log = hanging(sixbar, *arguments, **options)
-    os.killpg(process.pid, signal.SIGINT)
+    os.killpg(process.pid, by)
     out, err = process.communicate(timeout=PATIENCE)
     until(ended)
     log.unlink()
@@ -50,16 +50,18 @@ def interrupted(sixbar, *arguments):
     return out
 
 
-def test_ctrl_c_leaves_the_report_of_the_scenes_that_are_finished(sixbar):
+@pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_leaves_the_report_of_the_scenes_that_are_finished(sixbar, by):
     sixbar.write("v/tables/hang-beta.csv", "of an earlier call")
     good, hang = sixbar.press("good"), sixbar.press("hang", beta='does = "hang"')
-    assert "1 of 2 scenes. Not compared: hang." in interrupted(sixbar, *VALIDATE, good, hang)
+    assert "1 of 2 scenes. Not compared: hang." in interrupted(sixbar, *VALIDATE, good, hang, by=by)
     summary = sixbar.json("v/summary.json")
     assert (summary["exit_code"], summary["not_compared"]) == (130, ["hang"])
     assert [scene["verdict"] for scene in summary["scenes"]] == ["agree"]
     assert [tag for tag, _ in sixbar.junit("v/junit.xml").values()].count("error") == 1
     assert "incomplete" in sixbar.text("v/report.html")
     assert not (sixbar.folder / "v/tables/hang-beta.csv").exists()
+    assert not [name for name in sixbar.files() if ".part-" in str(name)]
 
 
 def test_ctrl_c_before_anything_is_finished_writes_nothing(sixbar):

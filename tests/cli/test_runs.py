@@ -266,10 +266,16 @@ def test_a_sweep_over_a_grid_a_list_or_a_latin_hypercube(sixbar):
     assert points == [(100, 0.1), (100, -1), (200, 0.1), (200, -1)]
     assert [row["status"] == "success" for row in rows] == [True, False, True, False]
     assert (float(rows[0]["contacts"]), rows[1]["contacts"]) == (1, "")
-    sixbar.write("list.csv", "drive.speed_rpm,clearance.slider\n100,1e-4\n120,2e-4\n")
+    # Another sweep into the same folder says so, more points or columns do not.
+    more = ["--output", "steps", "--grid", "drive.speed_rpm=100,200,300", *options[2:]]
+    assert "replaces" not in swept("grid", *more)[0]
+    assert "replaces" in swept("grid", *options)[0]
+    points = "drive.speed_rpm,clearance.slider\n100,1e-4\n120,2e-4\n100,1e-4\n"
+    sixbar.write("list.csv", points)
     _, rows = swept("listed", "--list", "list.csv", "--model", "alpha,beta")
+    assert [row["point"] for row in rows] == [*"112233"]
     names = "point,drive.speed_rpm,clearance.slider,model,status,message,end:slider_x"
-    assert (",".join(rows[0]), len(rows)) == (names, 2 * 2)
+    assert (",".join(rows[0]), len(rows)) == (names, 2 * 3)
     latin = ["--latin", "drive.speed_rpm=100:200", "--points", "3", "--model", "alpha", "--seed"]
     drawn = [swept(f"latin{n}", *latin, seed)[1] for n, seed in enumerate("112")]
     assert drawn[0] == drawn[1] != drawn[2]
