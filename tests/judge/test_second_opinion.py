@@ -1,4 +1,4 @@
-"""Every number of a comparison once more by a second judge, on random tables and on random scenes."""
+"""Every number of a comparison once more by a second judge, on random tables and on changed scenes."""
 
 from collections import Counter
 
@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 import second_judge
 from by_keywords import compare
-from judged_runs import CASES, compared, frames, random_scene, random_tables
+from judged_runs import CASES, changed_scene, compared, frames, random_tables
 
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
@@ -94,9 +94,9 @@ def assert_same_impacts(result, expected):
         assert getattr(result, name) == pytest.approx(value, rel=1e-12, abs=1e-14, nan_ok=True), name
 
 
-@pytest.mark.parametrize(("seed", "fault"), CASES)
-def test_random_scenes_and_their_impacts_are_judged_alike(seed, fault):
-    judged = random_scene(seed, fault=fault)
+@pytest.mark.parametrize(("name", "fault"), CASES)
+def test_changed_scenes_and_their_impacts_are_judged_alike(name, fault):
+    judged = changed_scene(name, fault=fault)
     result, other = compared(judged), second(judged)
     assert_same(result, other.channels)
     assert (result.verdict, result.coverage) == (other.verdict, pytest.approx(other.coverage, rel=1e-12))
