@@ -15,7 +15,6 @@ from comparison.accuracy.levels import NAMES, expected, solver_values
 from comparison.scene import load_scene, shipped_scenes
 
 SIMULATE = {"reference": reference_model.simulate, "exudyn": exudyn_model.simulate}
-WITH_CLEARANCE = [name for name in shipped_scenes() if load_scene(name).loose]
 # m. Of a thousand starts about one grazes a wall and is outside its bound, as the table says: -10.5e-8 m on
 # poisson-0.33 at strict, by 6 times.
 MOVED = 3.5e-8
@@ -41,7 +40,18 @@ def exact(name):
     return slider_x(started(name).with_values({"solver.reference.tolerance": 1e-14}), "reference")
 
 
-def assert_kept(name, model, formulation, accuracy):
+CASES = [
+    *((name, "reference", "minimal") for name in shipped_scenes()),
+    # Against the other model: an error that the tree's own finest run shared would be seen.
+    *((name, "exudyn", "tree") for name in shipped_scenes() if load_scene(name).loose),
+    # Some 15 s a scene
+    *(pytest.param(name, "exudyn", "full", marks=pytest.mark.slow) for name in shipped_scenes()),
+]
+
+
+@pytest.mark.parametrize("accuracy", NAMES)
+@pytest.mark.parametrize(("name", "model", "formulation"), CASES)
+def test_a_named_accuracy_keeps_its_error_bound(name, model, formulation, accuracy):
     values = {f"solver.{model}.formulation": formulation}
     # The error bound is the shipped scene's: a moved start is another one, which would only borrow it.
     shipped = load_scene(name, values)
@@ -50,23 +60,3 @@ def assert_kept(name, model, formulation, accuracy):
     assert (bound.scene, bound.own) == (name, True)
     simulated = slider_x(started(name).with_values(values).with_values(chosen), model)
     assert np.abs(simulated - exact(name)).max() <= bound.error
-
-
-@pytest.mark.parametrize("name", shipped_scenes())
-def test_the_reference_keeps_its_error_bounds(name):
-    for accuracy in NAMES:
-        assert_kept(name, "reference", "minimal", accuracy)
-
-
-@pytest.mark.parametrize("name", WITH_CLEARANCE)
-def test_the_tree_keeps_its_error_bounds(name):
-    """Against the other model: an error that the tree's own finest run shared would be seen."""
-    for accuracy in NAMES:
-        assert_kept(name, "exudyn", "tree", accuracy)
-
-
-@pytest.mark.slow  # some 15 s a scene
-@pytest.mark.parametrize("name", shipped_scenes())
-def test_five_bodies_keep_their_error_bounds(name):
-    for accuracy in NAMES:
-        assert_kept(name, "exudyn", "full", accuracy)
