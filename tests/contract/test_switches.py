@@ -11,26 +11,9 @@ import reference_model
 from comparison.scene import load_scene
 
 FOUNDATION = {"contact.law": "foundation", "contact.youngs_modulus": 5e9, "drive.cycles": 0.01}
-PULL = {
-    "drive.speed_rpm": -92.2174675406272,
-    "drive.cycles": 0.1,
-    "clearance.slider": 0.000616018908534729,
-    "contact.law": "foundation",
-    "contact.youngs_modulus": 54254539379.73347,
-    "contact.restitution": 0.4398827228264284,
-    "friction.coefficient": 0.5074301731471261,
-    "friction.transition_speed": 0.01,
-    "initial.slider_offset": 0.00021160794455297175,
-    "mechanism.crank_angle_deg": 86.64809772029352,
-    "mechanism.reference_offset": 0.00019383788555823518,
-    "mechanism.rod4.centroid": 0.08,
-    "mechanism.rod4.mass": 0.22317410520346806,
-    "mechanism.slider.inertia": 1.6786552304460492e-05,
-    "environment.gravity": -9.81,
-}
 FOUR_TIMES = {"length": 4, "centroid": 4, "width": 4, "thickness": 4, "mass": 32, "inertia": 512}
 MECHANISM = load_scene("150rpm-0.2mm").data["mechanism"]
-PULL_OF_A_LARGE_PRESS = {
+PULL = {
     f"mechanism.{body}.{key}": factor * MECHANISM[body][key]
     for body in ("crank", "rod2", "rocker", "rod4", "slider")
     for key, factor in FOUR_TIMES.items()
@@ -125,10 +108,12 @@ def test_friction_without_a_static_speed():
 
 
 @pytest.mark.parametrize("formulation", ["minimal", "multiplier"])
-@pytest.mark.parametrize("scene", [PULL, PULL_OF_A_LARGE_PRESS], ids=["paper's size", "large"])
-def test_a_side_hardly_inside_its_wall_stops_pulling_once(scene, formulation):
-    """Where the depths are small their rounding moves the resultant's point: the pull's zero is not sharp."""
-    changes = scene | {"solver.reference.formulation": formulation}
+def test_a_side_hardly_inside_its_wall_stops_pulling_once(formulation):
+    """Where the depths are small their rounding moves the resultant's point: the pull's zero is not sharp.
+
+    The more so in a large press.
+    """
+    changes = PULL | {"solver.reference.formulation": formulation}
     exact = reference("150rpm-0.2mm", 1e-12, changes)
     for tolerance in (1e-8, 1e-9, 1e-10):
         counters = reference("150rpm-0.2mm", tolerance, changes).provenance["counters"]
@@ -136,7 +121,7 @@ def test_a_side_hardly_inside_its_wall_stops_pulling_once(scene, formulation):
         assert counters["steps"] < 3000
         assert counters["switches"] < 200
     other = tree("150rpm-0.2mm", 1e-11, changes)
-    # Measured 3e-12 m: gaps round at 1e-16 m, and at 4e-16 m in the large press.
+    # Measured 3e-12 m: gaps round at 4e-16 m.
     assert np.abs(other.columns["slider_x"] - exact.columns["slider_x"]).max() < 1e-10
 
 
@@ -146,7 +131,6 @@ TABLES = {
     "jump": [[0.0, 0.0], [1e-30, 100.0]],
     "there and back": [[0.0, 0.0], [1e-18, 300.0], [1e-3, 100.0], [1e-3 + 1e-15, 0.1], [2e-3, 0.3]],
     "spike": [[0.0, 0.0], [1e-3, 100.0], [1.000001e-3, 5000.0], [1.000002e-3, 100.0]],
-    "gentle": [[0.0, 0.0], [1e-3, 300.0], [1.5e-3, 50.0], [4e-3, 500.0]],
 }
 TIGHT = {
     "solver.reference.tolerance": 1e-12,
