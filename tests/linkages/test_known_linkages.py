@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from linkage_oracle import solve
 from scipy.integrate import quad
+from scipy.interpolate import make_interp_spline
 from scipy.special import ellipj, ellipk
 
 from comparison.scene import load_scene
@@ -185,15 +186,8 @@ def test_a_table_of_torque_does_the_work_under_it(model, setting, jump, bound, o
         [[0.0, 0.2], [90.0, 1.0], *[[90.001, -0.3]] * bool(jump), [200.0, -0.3], [360.0, 0.2]]
     ).T
     columns = run(model, setting, ROTOR % (omega, jump)).columns
-    grid = np.radians(np.concatenate([degrees + 360.0 * turn for turn in range(-8, 8)]))
-    steps = np.diff(grid) * 0.5 * (np.tile(torques, 16)[1:] + np.tile(torques, 16)[:-1])
-    area = np.append(0.0, np.cumsum(steps))
-
-    def work(angle):
-        left = np.clip(np.searchsorted(grid, angle, "right") - 1, 0, grid.size - 2)
-        here = np.interp(np.degrees(angle) % 360.0, degrees, torques)
-        return area[left] + 0.5 * (np.tile(torques, 16)[left] + here) * (angle - grid[left])
-
+    grid = np.radians(np.concatenate([degrees[:-1] + 360.0 * turn for turn in range(-8, 8)]))
+    work = make_interp_spline(grid, np.tile(torques[:-1], 16), k=1).antiderivative()
     angle = columns["rotor.angle"]
     assert np.ptp(angle) > 2.0 * math.pi
     done = work(angle) - work(angle[:1])
