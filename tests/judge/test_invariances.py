@@ -150,25 +150,19 @@ def test_whole_revolutions_in_any_run_make_no_difference(told, which, size):
     assert channel.coverage == other.coverage
 
 
-# Another sampling
-
-
-def every(judged, n):
-    """The same runs written with a sample in so many."""
-
-    def thinned(table):
-        return replace(table, frame=table.frame.iloc[::n].reset_index(drop=True))
-
-    return judged._replace(a=each(judged.a, thinned), b=each(judged.b, thinned))
-
-
 @pytest.mark.parametrize("seed", range(6))
 def test_the_stated_errors_are_those_of_tables_with_fewer_samples(seed):
     """On every second and every fourth row of the files themselves."""
     judged = random_tables(seed) if seed else changed_scene("soft")
-    result, half, quarter = (
-        compared(every(judged, n), scene=None, period=judged.scene.period) for n in (1, 2, 4)
-    )
+
+    def thinned(every):
+        def part(table):
+            return replace(table, frame=table.frame.iloc[::every].reset_index(drop=True))
+
+        written = judged._replace(a=each(judged.a, part), b=each(judged.b, part))
+        return compared(written, scene=None, period=judged.scene.period)
+
+    result, half, quarter = map(thinned, (1, 2, 4))
 
     def error(name, key):
         fine, two, four = (getattr(of.channels[name] if name else of, key) for of in (result, half, quarter))
