@@ -17,6 +17,17 @@ from comparison.words.differences import attribution_lines
 from comparison.words.verdicts import scene_reason
 
 
+@pytest.fixture
+def make_runs(make_table):
+    """Runs of a second-order method with an error: ``make_runs(error, ...)``, the rest as of `make_table`."""
+
+    def make(error, refinement=(2.0, 2.0), **options):
+        tables = [make_table(part * error, **options) for part in (1.0, 0.25, 4.0, 4.0, 4.0)]
+        return Runs(*tables, refinement=refinement)
+
+    return make
+
+
 def compared(scene, a, b):
     return compare(a, b, scene=scene, labels=("reference", "exudyn"))
 

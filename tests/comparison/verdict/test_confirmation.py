@@ -1,13 +1,16 @@
 """A difference is confirmed, left unconfirmed, or taken back; the starts of the runs that decide it."""
 
 import math
+from functools import partial
 
+import fake_model
 import numpy as np
 import pandas as pd
 import pytest
 from by_keywords import compare_recorded
-from fake_ensemble import LATE, LOCAL, MODELS, Fake, narrow, wide
+from fake_ensemble import COARSE, LATE, LOCAL, MODELS, Fake, narrow, wide
 
+from comparison.accuracy.levels import tight
 from comparison.accuracy.refine import levels
 from comparison.accuracy.uncertainty import Runs, perturbation
 from comparison.execution.sides import Run
@@ -19,6 +22,17 @@ from comparison.verdict.recorded import ProgramRuns
 
 SINCE = pytest.approx(LATE * 0.8, abs=0.01)
 TIME = np.arange(401) * 2e-3
+
+
+@pytest.fixture
+def small():
+    """Two cycles with few samples, Exudyn's tree: both models have an ensemble."""
+    return tight(load_scene("150rpm-0.2mm", COARSE), MODELS)
+
+
+@pytest.fixture
+def fake(small):
+    return partial(Fake, fake_model.signals, small)
 
 
 def test_a_true_difference_is_confirmed_even_a_tiny_one(fake):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from fake_ensemble import COARSE, MODELS, Fake, narrow
+from fake_model import signals
 
 from comparison.execution.run import VIOLATED, Outcome
 from comparison.scene import load_scene
@@ -43,13 +44,9 @@ class Levels:
         return settle(before, runs, scene=scene, models=MODELS, run=self.run, run_families=families)
 
 
-@pytest.fixture
-def levels(fake):
-    def make(error, tree=0.0, step=STEP):
-        scene = load_scene("150rpm-0.2mm", COARSE | {"solver.exudyn.step": step})
-        return Levels(Fake(fake(narrow).signals, scene, narrow), error, tree)
-
-    return make
+def levels(error, tree=0.0, step=STEP):
+    scene = load_scene("150rpm-0.2mm", COARSE | {"solver.exudyn.step": step})
+    return Levels(Fake(signals, scene, narrow), error, tree)
 
 
 MEASURED = {1: 1.3e-5, 2: 7.5e-6, 4: 7.7e-6, 8: 1.2e-7, 16: 3.0e-8}
@@ -71,7 +68,7 @@ WANDERING = {1: FAULT, 2: -FAULT, 4: 2 * FAULT, 8: -2 * FAULT, 16: FAULT}
         (dict.fromkeys(MEASURED, FAULT) | {16: 0.0}, 0.0, "agree", MOST_LEVELS, 1),
     ],
 )
-def test_a_verdict_is_refined_until_it_stands(levels, errors, tree, verdict, refined, trees):
+def test_a_verdict_is_refined_until_it_stands(errors, tree, verdict, refined, trees):
     model = levels(lambda step: errors[round(STEP / step)], tree)
     computed = model.settled()
     result = computed.comparison
@@ -87,7 +84,7 @@ def test_a_verdict_is_refined_until_it_stands(levels, errors, tree, verdict, ref
         assert (result.confirmation.outcome, result.confirmation.members) == ("confirmed", (99, 0))
 
 
-def test_what_is_indeterminate_is_refined_as_far_as_that_can_help(levels):
+def test_what_is_indeterminate_is_refined_as_far_as_that_can_help():
     model = levels(lambda _: 0.0)
 
     def families(scene):
@@ -100,7 +97,7 @@ def test_what_is_indeterminate_is_refined_as_far_as_that_can_help(levels):
 
 
 @pytest.mark.parametrize("step", [8e-7, 1e-7])
-def test_a_small_step_is_not_refined_to_the_end(levels, step):
+def test_a_small_step_is_not_refined_to_the_end(step):
     model = levels(lambda finer: FAULT * (-1.0) ** round(np.log2(step / finer)), step=step)
     result = model.settled().comparison
     assert (result.verdict, result.refined) == ("indeterminate", ENOUGH_LEVELS)
@@ -109,7 +106,7 @@ def test_a_small_step_is_not_refined_to_the_end(levels, step):
 @pytest.mark.parametrize(
     ("tree", "verdict"), [(FAULT, "differ"), (0.0, "indeterminate"), (None, "indeterminate")]
 )
-def test_where_a_finer_run_fails_the_tree_decides(levels, tree, verdict):
+def test_where_a_finer_run_fails_the_tree_decides(tree, verdict):
     """As an ensemble does not show an error of the step; None: the tree fails as well."""
     model = levels(lambda _: FAULT, tree or 0.0)
 
@@ -124,7 +121,7 @@ def test_where_a_finer_run_fails_the_tree_decides(levels, tree, verdict):
     assert ("a finer run failed" in scene_reason(result)) == (verdict == "indeterminate")
 
 
-def test_a_violation_at_the_scenes_own_step_is_remedied_by_half_of_it(levels):
+def test_a_violation_at_the_scenes_own_step_is_remedied_by_half_of_it():
     model, failed = levels(lambda _: 0.0), ("exudyn", Outcome(VIOLATED, "lower the step"))
     scene, _, (warning,) = without_violation(model.fake.scene, [failed], MODELS, model.families)
     assert (scene.data["solver"]["exudyn"]["step"], model.asked[0][0]) == (STEP / 2, STEP / 2)
