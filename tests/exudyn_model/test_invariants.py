@@ -53,8 +53,8 @@ def faulty(tmp_path_factory):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("formulation", ["tree", "full"])
-def test_each_fault_breaks_its_invariant(make_scene, faulty, formulation):
-    result = faulty(make_scene(USUAL[formulation] | {"drive.cycles": 0.1}))
+def test_each_fault_breaks_its_invariant(scene, faulty, formulation):
+    result = faulty(scene(USUAL[formulation] | {"drive.cycles": 0.1}))
     assert result.status == "invariant-violated"
     expected = {"open-depth", "driving-friction", "overlap", "start-gap"}
     if formulation == "tree":
@@ -62,4 +62,4 @@ def test_each_fault_breaks_its_invariant(make_scene, faulty, formulation):
     assert broken(result) == expected
     # In the wall, and out of it much faster than the least impact speed
     released = {"initial.slider_offset": 2.02e-4, "initial.slider_vx": -0.05, "drive.cycles": 0.002}
-    assert "pull" in broken(faulty(make_scene(USUAL[formulation] | released)))
+    assert "pull" in broken(faulty(scene(USUAL[formulation] | released)))
