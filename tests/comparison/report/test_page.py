@@ -179,9 +179,7 @@ def test_the_reliability_of_both_models_and_their_difference(scene):
     assert said in page(replace(scene, reliability=missing))
 
 
-@pytest.fixture(scope="module")
-def struck(scene):
-    """The runs of the press as tables with their contacts, and of these the forces in time."""
+def test_a_force_is_drawn_up_to_the_peaks_between_its_samples_wherever_it_is_drawn(scene):
     tables, times = {}, {"time": scene.time}
     for side, (label, events) in enumerate(zip("ab", scene.events, strict=True)):
         pulses = half_sines(scene)[side]
@@ -195,24 +193,20 @@ def struck(scene):
         tables[label] = RunTable(
             pd.DataFrame(times | values), events, provenance=record, pulses=columns, extrema={}
         )
-    return tables
-
-
-def test_a_force_is_drawn_up_to_the_peaks_between_its_samples_wherever_it_is_drawn(struck, scene):
     peaks = [events[events["corner"] == "ll"]["peak_force"].max() for events in scene.events]
-    sampled = [table.values(FORCE).max() for table in struck.values()]
+    sampled = [table.values(FORCE).max() for table in tables.values()]
     assert all(np.divide(sampled, peaks) < 0.98)
-    (axes,) = picture(struck, [FORCE]).axes
+    (axes,) = picture(tables, [FORCE]).axes
     drawn = [line.get_ydata().max() for line in axes.get_lines()]
     channel = scene.channels[FORCE]
     resolved = scene_lines(replace(scene, pulses=half_sines(scene)), channel)
     alone = scene_lines(scene, channel)  # peaks, without pulses
     for shown in (drawn, *([each.extremes[1] for each in lines] for lines in (resolved, alone))):
         assert shown == pytest.approx(peaks)
-    row = re.search(rf"<td>{FORCE}</td>.*?</tr>", struck["a"]._repr_html_(), re.DOTALL)[0]
+    row = re.search(rf"<td>{FORCE}</td>.*?</tr>", tables["a"]._repr_html_(), re.DOTALL)[0]
     assert f"<td>{number(peaks[0])}</td>" in row
     # Of a range only what is in it.
-    (axes,) = picture(struck, [FORCE], start=0.0, end=0.01).axes
+    (axes,) = picture(tables, [FORCE], start=0.0, end=0.01).axes
     assert all(line.get_xdata().max() <= 0.01 for line in axes.get_lines())
 
 

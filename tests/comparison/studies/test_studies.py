@@ -61,14 +61,9 @@ def folder(fakes, tmp_path_factory):
     return folder
 
 
-def place(root, name):
-    """Page and folder of a study, or of a part of the paper."""
-    return root / (f"{name}.md" if "/" in name else f"{name}/README.md"), root / name
-
-
 def check(root, name):
-    """A page without a gap, and the files that it shows."""
-    page, beside = place(root, name)
+    """A page of a study, or of a part of the paper, without a gap, and the files that it shows."""
+    page, beside = root / (f"{name}.md" if "/" in name else f"{name}/README.md"), root / name
     text = page.read_text("utf-8")
     assert not re.search(r"\{\w*\}|\bnan\b", text)
     inside = f"{beside.name}/" if "/" in name else ""

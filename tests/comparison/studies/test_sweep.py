@@ -13,13 +13,8 @@ from comparison.cli import main
 from comparison.studies.sweep import USUAL, SweepError, names, on_cluster, quantity
 from comparison.tables.table import Table
 
+pytestmark = pytest.mark.usefixtures("elsewhere")
 QUICK = ["--set", "output.samples_per_cycle=50", "--set", "drive.cycles=2.0"]
-
-
-@pytest.fixture
-def here(fake_models, elsewhere):  # noqa: ARG001
-    """Fake models, and an empty working folder; the log of what ran."""
-    return fake_models
 
 
 def test_what_is_measured_of_a_run_whose_numbers_are_known():
@@ -55,7 +50,7 @@ def sweep(*arguments):
     return main(["study", "sweep", "150rpm-0.2mm", *QUICK, "--out", "out", *arguments])
 
 
-def test_runs_that_fail_in_any_way_are_rows_and_only_what_befell_a_process_is_tried_again(here, capsys):
+def test_runs_that_fail_are_rows_and_only_what_befell_a_process_is_tried_again(fake_models, capsys):
     values = f"9.81,{GRAVITY.crash},{GRAVITY.refuse},{GRAVITY.fail},{GRAVITY.nan}"
     asked = ["--grid", f"environment.gravity={values}", "--model", "reference,exudyn", "--jobs", "2"]
     assert sweep(*asked) == 0
@@ -64,13 +59,13 @@ def test_runs_that_fail_in_any_way_are_rows_and_only_what_befell_a_process_is_tr
     assert err == "sixbar: warning: 4 of 10 runs did not succeed: see the column status\n"
     theirs = pd.read_csv("out/sweep.csv").query("model == 'exudyn'")
     assert theirs["status"].tolist() == ["success", "crashed", "bad input", "newton-failed", "unusable"]
-    before = lines(here)
+    before = lines(fake_models)
     assert sweep(*asked) == 0
-    assert lines(here) == before + 1
+    assert lines(fake_models) == before + 1
 
 
 @pytest.mark.slow
-def test_a_cluster_gives_the_same_table(here):
+def test_a_cluster_gives_the_same_table(fake_models):
     distributed = pytest.importorskip("distributed")
     axis = ["--latin", "contact.youngs_modulus.slider=1e9:2e9", "--points", "12"]
     asked = [*axis, "--model", "reference,exudyn"]
@@ -82,7 +77,7 @@ def test_a_cluster_gives_the_same_table(here):
     assert sweep(*asked, "--jobs", "2") == 0
     assert Path("out/sweep.csv").read_bytes() == ours
     assert ours.count(b",success,") == 24
-    assert len({line.split()[-1] for line in here.read_text().splitlines()}) == 4  # processes
+    assert len({line.split()[-1] for line in fake_models.read_text().splitlines()}) == 4  # processes
 
 
 # One who listens, and says nothing

@@ -134,11 +134,6 @@ def test_a_fault_of_each_kind_and_model_is_detected_and_nothing_without_one(tmp_
         assert {name for name, verdict in row["channels"].items() if verdict == "differ"} >= {*fault.shows}
 
 
-def table_with(gap, *contacts):
-    time = np.linspace(0.0, 1.0, len(gap))
-    return Table(pd.DataFrame({"time": time, "corner_ul_gap": gap}), contacts_of(*contacts))
-
-
 @pytest.mark.parametrize(
     ("depths", "contacts", "breach"),
     [
@@ -158,7 +153,8 @@ def table_with(gap, *contacts):
 def test_a_corner_is_inside_its_wall_only_in_a_contact_and_in_one_at_a_time(depths, contacts, breach):
     gap = np.full(11, 1e-5)
     gap[4:7] = np.negative(depths)
-    said = adjudication.breaches(table_with(gap, *contacts))
+    frame = pd.DataFrame({"time": np.linspace(0.0, 1.0, gap.size), "corner_ul_gap": gap})
+    said = adjudication.breaches(Table(frame, contacts_of(*contacts)))
     assert [(one["name"], one["corner"]) for one in said] == [(name, "ul") for name, *_ in breach]
     for one, (_, *numbers) in zip(said, breach, strict=True):
         assert [one[key] for key in ("value", "time", "since", "until")] == pytest.approx(numbers)
