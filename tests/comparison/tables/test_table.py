@@ -106,7 +106,8 @@ PARTS = {
 
 @pytest.mark.parametrize("ending", ["parquet", "CSV"])
 def test_what_is_written_is_read_bit_for_bit(tmp_path, make_table, ending):
-    table = replace(make_table(), **PARTS)
+    any_exponent = np.nan_to_num(np.frombuffer(np.random.default_rng(0).bytes(8 * 401)))
+    table = replace(make_table(**{'a "quoted", name': any_exponent}), **PARTS)
     path = write(table, tmp_path / "deep" / f"run.{ending}")
     beside = {f"run.{end}" for end in ("events.csv", "pulses.csv", "extrema.csv", "json")}
     assert {file.name for file in companions(table, path)} == beside
@@ -125,13 +126,6 @@ def test_what_is_written_is_read_bit_for_bit(tmp_path, make_table, ending):
     assert (bare.events, bare.pulses, bare.cycle_extrema) == (None, None, None)
 
 
-def test_any_double_survives_the_text_file(tmp_path):
-    values = np.random.default_rng(0).bytes(8 * 1000)
-    values = np.nan_to_num(np.frombuffer(values))  # of any exponent
-    write(Table(pd.DataFrame({"time": np.arange(1000.0), 'a "quoted", name': values})), tmp_path / "a.csv")
-    assert np.array_equal(read(tmp_path / "a.csv").values('a "quoted", name'), values)
-
-
 @pytest.mark.parametrize(
     ("name", "text", "rule"),
     [
@@ -139,21 +133,9 @@ def test_any_double_survives_the_text_file(tmp_path):
         ("csv", "time,slider_x,slider_x\n0,1,2\n1,2,3\n", "channel slider_x.1 is unexpected"),
         ("extrema.csv", "slider_x_min\nlow\n", "its cycle_extrema: slider_x_min must be an array of real"),
         ("pulses.csv", "row,time\n0,1.0\n", "its pulses: force must be an array of real numbers"),
-        (
-            "pulses.csv",
-            "row,time,force\n0,1.0,2\n0,1.1,inf\n",
-            "time or force is not finite in sample 2",
-        ),
-        (
-            "pulses.csv",
-            "row,time,force\n1,1.0,2\n0,1.1,2\n",
-            "not sorted by row and time at sample 2",
-        ),
-        (
-            "pulses.csv",
-            "row,time,force\n0,1.1,2\n0,1.1,2\n",
-            "not sorted by row and time at sample 2",
-        ),
+        ("pulses.csv", "row,time,force\n0,1.0,2\n0,1.1,inf\n", "time or force is not finite in sample 2"),
+        ("pulses.csv", "row,time,force\n1,1.0,2\n0,1.1,2\n", "not sorted by row and time at sample 2"),
+        ("pulses.csv", "row,time,force\n0,1.1,2\n0,1.1,2\n", "not sorted by row and time at sample 2"),
         ("json", '{"extrema": {"slider_x": 1}}', "extrema of slider_x must be an object of numbers"),
         ("json", '{"wall_time_s": "long"}', "wall_time_s must be a number"),
         ("json", '{"counters": 5}', "counters must be an object"),
