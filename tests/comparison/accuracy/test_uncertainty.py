@@ -54,16 +54,13 @@ def test_at_the_tight_tier_every_joint_with_clearance_is_integrated_without_join
     assert tight(scene, ("reference", "other")) is None
 
 
-def test_samples_may_be_dense_in_part_and_runs_from_moved_starts_count():
+def test_samples_may_be_dense_in_part():
     time = np.concatenate([np.arange(0, 0.1, 1e-3), np.arange(0.1, 1.01, 1e-2)])
     base, finer = (Table(pd.DataFrame({"time": time, "slider_x": np.zeros(time.size)})) for _ in range(2))
     finer.frame.loc[50, "slider_x"] = 1.0
     outside = time[model_uncertainty(Runs(base, finer), "slider_x", 1.0) >= SAFETY_FACTOR]
     # The window is a hundredth of a cycle.
     assert outside[[0, -1]] == pytest.approx([time[50] - 0.01, time[50] + 0.01])
-    assert model_uncertainty(Runs(base), "slider_x", 1.0) is None
-    far = Table(base.frame.assign(slider_x=5.0))
-    assert model_uncertainty(Runs(base, finer), "slider_x", 1.0, [far]).min() > 5.0
 
 
 @pytest.mark.parametrize("clearance", [5e-4, 1e-9])
