@@ -40,11 +40,6 @@ def tables(name, samples):
     return Table.from_result(run), Table.from_result(still)
 
 
-def assessed(name, samples):
-    run, still = tables(name, samples)
-    return assess(slider_errors(run, still, scene(name).period), scene(name).reliability)
-
-
 @cache
 def plain(name):
     """Moments, shares, reliabilities and peaks by the paper's formulas, from `EVERY` samples a cycle."""
@@ -71,7 +66,8 @@ def plain(name):
 
 @pytest.mark.parametrize("name", ["150rpm-0.2mm", "69GPa", "90rpm-0.5mm"])
 def test_reliabilities_and_peaks_of_a_cycle_are_those_of_a_second_computation(name):
-    results = assessed(name, dense_scene(scene(name)).data["output"]["samples_per_cycle"])
+    period, dense = scene(name).period, dense_scene(scene(name)).data["output"]["samples_per_cycle"]
+    results = assess(slider_errors(*tables(name, dense), period), scene(name).reliability)
     for quantity, right in plain(name).items():
         ours = results[quantity]
         # A hundredth of what is missing to one.
@@ -84,7 +80,6 @@ def test_reliabilities_and_peaks_of_a_cycle_are_those_of_a_second_computation(na
         assert ours.deviation == pytest.approx(right.deviation, abs=0.03 * right.deviation.max())
         # Excursions beyond the limit begin and end between samples: of ten a quarter of one of 2000 each.
         assert ours.within == pytest.approx(right.within, abs=2.5e-3)
-    period = scene(name).period
     for samples, (quantity, right) in product((1000, 10_000), plain(name).items()):
         errors = slider_errors(*tables(name, samples), period)
         for cycle, size in enumerate(right.peaks):

@@ -104,19 +104,9 @@ def test_contacts_are_matched_by_corner_and_time_whatever_their_order():
 def rows_of(outside, outcomes):
     """Rows of three scenes with so many outcomes outside."""
     shared = {"kind": "intervals", "name": "", "largest": 1.2, "width": 10.0, "width_90": 99.0}
-    return pd.DataFrame(
-        [
-            shared
-            | {
-                "scene": f"scene {k}",
-                "origin": "random" if k else "shipped",
-                "model": "exudyn",
-                "tier": "tight",
-            }
-            | {"outside": bad, "outcomes": of}
-            for k, (bad, of) in enumerate(zip(outside, outcomes, strict=True))
-        ]
-    )
+    shared |= {"model": "exudyn", "tier": "tight", "outside": outside, "outcomes": outcomes}
+    scenes = {"scene": [f"scene {k}" for k in range(3)], "origin": ["shipped", "random", "random"]}
+    return pd.DataFrame(shared | scenes)
 
 
 def test_the_limit_of_a_share_is_that_of_drawing_scenes():
