@@ -3,6 +3,7 @@
 import shutil
 import sys
 from contextlib import contextmanager
+from pathlib import Path
 
 import fake_model as model
 import pandas as pd
@@ -14,6 +15,8 @@ from comparison.execution.pool import kept_workers
 from comparison.models import ROOT
 from comparison.scene import load_scene
 from comparison.tables.table import Table
+
+FAKES = ("reference_model", "exudyn_model", "truth_press")
 
 
 @pytest.fixture(autouse=True)
@@ -52,11 +55,17 @@ def make_table():
 
 @contextmanager
 def _fakes(folder, monkeypatch):
-    """Let worker processes find fake models in a folder that holds their cache too; the log, a line a run."""
+    """Let worker processes find fake models in a folder that holds their cache too; the log, a line a run.
+
+    Beside both models there is a truth engine.
+    """
     for name in ("reference_model", "exudyn_model"):
         (folder / "fakes" / name).mkdir(parents=True, exist_ok=True)
         shutil.copy(model.__file__, folder / "fakes" / name / "__init__.py")
         shutil.copy(ROOT / name / "formulations.toml", folder / "fakes" / name)
+    source = Path(model.__file__).read_text("utf-8")
+    write_package(folder / "fakes", "truth_press", source, {"truth": "truth_press:simulate"})
+    for name in FAKES:
         # Another test may have imported the real one, whose sources would then stand for the fake's.
         monkeypatch.delitem(sys.modules, name, raising=False)
     monkeypatch.syspath_prepend(str(folder / "fakes"))
@@ -66,7 +75,7 @@ def _fakes(folder, monkeypatch):
     log.touch()
     with kept_workers():  # nothing that they import changes meanwhile
         yield log
-    for name in ("reference_model", "exudyn_model"):
+    for name in FAKES:
         sys.modules.pop(name, None)  # this process may have imported the fake; the real one is put back
 
 

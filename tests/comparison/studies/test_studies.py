@@ -2,16 +2,12 @@
 
 import re
 import shutil
-import sys
 import tomllib
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-import fake_model
 import pandas as pd
 import pytest
-from installed import write_package
 from scipy.stats import beta
 
 from comparison.cli import main
@@ -28,22 +24,6 @@ from comparison.studies.shared.study import interval, share, upper_limit
 STUDIES = ("extremes", "trust", "tradeoff", "truth", "verdicts")
 OTHERS = [f"paper/{part}" for part in PARTS if part != MAIN]
 UNLINKED = ["verdicts.toml", "measured.toml"]
-
-
-@pytest.fixture(scope="module")
-def fakes(fakes):
-    """Fake models, and a fake truth engine beside them."""
-
-    @contextmanager
-    def all_fakes(folder, monkeypatch):
-        with fakes(folder, monkeypatch) as log:
-            source = Path(fake_model.__file__).read_text("utf-8")
-            write_package(folder / "fakes", "truth_press", source, {"truth": "truth_press:simulate"})
-            monkeypatch.delitem(sys.modules, "truth_press", raising=False)
-            yield log
-            sys.modules.pop("truth_press", None)
-
-    return all_fakes
 
 
 @pytest.fixture(scope="module")
