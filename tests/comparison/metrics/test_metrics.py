@@ -6,18 +6,9 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from comparison import metrics
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import ENSEMBLE_FACTOR
-from comparison.metrics import (
-    PULSE_POINTS,
-    WINDOW,
-    correlation,
-    distances,
-    measures,
-    parting_contact,
-    peaks,
-    pulses_of,
-)
 from comparison.tables.table import Table
 
 # Whole periods, so that the trapezoidal rule is exact for squares of sines.
@@ -28,30 +19,30 @@ PHASE = 2 * np.pi * TIME / 0.4
 def test_a_peak_that_is_late_has_its_delay_and_both_are_sought_on_one_side():
     half_wave = np.maximum(0.0, np.sin(PHASE))
     late = 0.9 * np.roll(half_wave, 25)
-    (value, at), (other, after) = peaks(TIME, half_wave, late)
+    (value, at), (other, after) = metrics.peaks(TIME, half_wave, late)
     assert (other - value, after - at) == pytest.approx((-0.1, 25 * 0.0004), rel=1e-12)
     # A wave as high as it is deep, seen through errors that make the one higher and the other deeper.
     wave = np.sin(PHASE)
     a, b = wave + 1e-6 * (wave > 0.999), wave - 1e-6 * (wave < -0.999)
-    (value, at), (other, after) = peaks(TIME, a, b)
+    (value, at), (other, after) = metrics.peaks(TIME, a, b)
     assert (value, other) == pytest.approx((1.0, 1.0), abs=2e-6)
     assert at == after
     # Periods that differ by round-off: the first counts, in both.
     higher = wave * np.where(TIME > 0.4, 1 + 1e-15, 1.0)
-    assert [at for _, at in peaks(TIME, wave, higher)] == pytest.approx([0.1, 0.1], abs=1e-15)
+    assert [at for _, at in metrics.peaks(TIME, wave, higher)] == pytest.approx([0.1, 0.1], abs=1e-15)
 
 
 def test_the_peak_of_a_position_is_sought_from_its_mean():
     a, b = -0.55 + 2e-4 * np.sin(PHASE), -0.55 + 2e-4 * np.sin(PHASE - 1.0)
-    result = measures(TIME, a, b, position=True)
-    assert np.isnan(correlation(TIME, np.full(TIME.shape, 3.0), a))  # a constant has none
+    result = metrics.measures(TIME, a, b, position=True)
+    assert np.isnan(metrics.correlation(TIME, np.full(TIME.shape, 3.0), a))  # a constant has none
     # The last sample repeats the first, which moves the mean by 1 / 2001 of it.
     assert result["correlation"] == pytest.approx(np.cos(1.0), abs=1e-6)
-    assert correlation(TIME, 1e-300 * a, 1e300 * b) == pytest.approx(result["correlation"], rel=1e-10)
+    assert metrics.correlation(TIME, 1e-300 * a, 1e300 * b) == pytest.approx(result["correlation"], rel=1e-10)
     # The peak has its own value, and its delay is that of the wave, to half a sample.
     assert result["peak_a"] == pytest.approx(-0.5498, abs=1e-9)
     assert result["peak_time_difference"] == pytest.approx(0.4 / 2 / np.pi, abs=0.0002)
-    assert measures(TIME, a, b, position=False)["peak_a"] == pytest.approx(-0.5502, abs=1e-9)
+    assert metrics.measures(TIME, a, b, position=False)["peak_a"] == pytest.approx(-0.5502, abs=1e-9)
 
 
 def test_left_out_members_are_held_against_the_others_and_a_run_against_all():
@@ -61,7 +52,7 @@ def test_left_out_members_are_held_against_the_others_and_a_run_against_all():
     def away(one, others):
         return (np.abs(one - others.mean(axis=0)) / np.maximum(others.std(axis=0), floor)).max()
 
-    of_members, of_run = distances(members, run[0], floor)
+    of_members, of_run = metrics.distances(members, run[0], floor)
     expected = [away(members[n], np.delete(members, n, axis=0)) for n in range(8)]
     np.testing.assert_allclose(of_members, expected, rtol=1e-12)
     assert of_run == pytest.approx(away(run[0], members))
@@ -75,7 +66,7 @@ def test_what_an_ensemble_does_not_exclude_its_uncertainty_explains(members, sid
     """A run just outside k u of the base, u the ensemble's, is farther out than every member left out."""
     ensemble = np.array(members)[:, None]
     u = np.maximum(ENSEMBLE_FACTOR * np.abs(ensemble).max(axis=0), 1e-3)
-    of_members, of_run = distances(ensemble, side * thresholds().k * u, u)
+    of_members, of_run = metrics.distances(ensemble, side * thresholds().k * u, u)
     assert of_run >= of_members.max() * (1 - 1e-12)
 
 
@@ -89,7 +80,7 @@ def test_a_contact_is_drawn_if_it_has_enough_points_and_the_peak_of_its_event(co
     time, force = 1e-6 + 2e-4 * phase, peak * np.sin(np.pi * phase)  # the touch is inside a step
     force[count // 2] = peak
     columns = {"row": np.full(count, 1), "time": 0.02 + time, "force": force}
-    pulses = pulses_of(Table(pd.DataFrame({"time": [0.0, 1.0]}), events, pulses=columns))
+    pulses = metrics.pulses_of(Table(pd.DataFrame({"time": [0.0, 1.0]}), events, pulses=columns))
     assert [pulse.row for pulse in pulses] == [1] * drawn
     for pulse in pulses:
         every = (pulse.time.size - 1) // (count - 1)
@@ -97,12 +88,12 @@ def test_a_contact_is_drawn_if_it_has_enough_points_and_the_peak_of_its_event(co
         np.testing.assert_allclose(pulse.time[::every], time, rtol=0, atol=1e-17)
         # A spline's nodes round at 1e-16 of the largest
         np.testing.assert_allclose(pulse.force[::every], force, rtol=0, atol=1e-15 * peak)
-        assert pulse.time.size >= PULSE_POINTS
+        assert pulse.time.size >= metrics.PULSE_POINTS
         assert pulse.force.max() == force.max()  # the spline is monotone between points
 
 
 def test_the_first_contact_that_parts_two_groups_is_named():
-    rng, window = np.random.default_rng(3), WINDOW * 0.4
+    rng, window = np.random.default_rng(3), metrics.WINDOW * 0.4
 
     def run(*extra):
         common = ("ll", 0.01), ("ul", 0.01), ("ll", 0.1)
@@ -110,7 +101,7 @@ def test_the_first_contact_that_parts_two_groups_is_named():
         return pd.DataFrame([*rows, *extra], columns=["corner", "start"])
 
     def parted(one, other, until=0.3):
-        return parting_contact((one, other), period=0.4, until=until)
+        return metrics.parting_contact((one, other), period=0.4, until=until)
 
     with_contact = [run(("ul", 0.05), ("lr", 0.2)) for _ in range(5)]
     without = [run() for _ in range(20)]

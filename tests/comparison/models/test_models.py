@@ -8,17 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from comparison import models
 from comparison.execution.run import Job, run_key
-from comparison.models import (
-    ROOT,
-    EngineError,
-    closure,
-    code_hash,
-    declared_settings,
-    find,
-    fingerprint,
-    load,
-)
+from comparison.models import ROOT, EngineError, fingerprint
 from comparison.scene import load_scene
 
 
@@ -33,7 +25,7 @@ from comparison.scene import load_scene
 def test_a_model_that_cannot_be_had_is_one_line(install, source, points, message, capfd):
     install("thing", source, points)
     with pytest.raises(EngineError) as refused:
-        load("mine")
+        models.load("mine")
     assert (message in str(refused.value), "\n" in str(refused.value)) == (True, False)
     assert capfd.readouterr().out == ""
 
@@ -41,14 +33,14 @@ def test_a_model_that_cannot_be_had_is_one_line(install, source, points, message
 def test_two_packages_with_a_model_of_one_name_are_refused(install):
     install("thing", "", {"reference": "thing:f"})
     with pytest.raises(EngineError, match="twice: reference_model:simulate and thing:f"):
-        find("reference")
+        models.find("reference")
 
 
 @pytest.mark.parametrize("settings", ["3", "{'step': float('nan')}"])
 def test_settings_that_are_none_are_refused(install, settings):
     install("thing", f"def f(scene): pass\nf.settings = {settings}\n", {"mine": "thing:f"})
     with pytest.raises(EngineError, match=r"'mine': settings.* must be"):
-        declared_settings("mine")
+        models.declared_settings("mine")
 
 
 PRESSES = (ROOT / "tests" / "cli" / "presses.py").read_text("utf-8")
@@ -77,7 +69,7 @@ def test_the_closures_hold_whatever_python_imports():
     trees = {Path(path): ast.parse(Path(path).read_bytes()) for path in imported}
     code = {path for path, tree in trees.items() if len(tree.body) > (ast.get_docstring(tree) is not None)}
     assert len(code) > 30
-    assert code <= set().union(*map(closure, names))
+    assert code <= set().union(*map(models.closure, names))
 
 
 def reworded(source):
@@ -94,20 +86,20 @@ def test_every_file_in_a_closure_counts_by_its_code_or_its_data_and_no_other(tmp
     """Of the reports no result depends."""
     shutil.copytree(ROOT / "comparison", tmp_path / "comparison")
     module = "comparison.execution.run"
-    files = closure(module, tmp_path)
+    files = models.closure(module, tmp_path)
     assert {path.suffix for path in files} == {".py", ".toml"}
     assert tmp_path / "comparison" / "report" / "page.py" not in files
-    before = code_hash(module, root=tmp_path)
+    before = models.code_hash(module, root=tmp_path)
     for path in files:
         content = path.read_bytes()
         if path.suffix == ".py":
             path.write_text(reworded(content.decode()), "utf-8")
-            assert code_hash.__wrapped__(module, root=tmp_path) == before, path
+            assert models.code_hash.__wrapped__(module, root=tmp_path) == before, path
         path.write_bytes(content + b"\nedited = 1")
-        assert code_hash.__wrapped__(module, root=tmp_path) != before, path
+        assert models.code_hash.__wrapped__(module, root=tmp_path) != before, path
         path.write_bytes(content)
     (tmp_path / "comparison" / "report" / "page.py").write_text("edited = 1")
-    assert code_hash.__wrapped__(module, root=tmp_path) == before
+    assert models.code_hash.__wrapped__(module, root=tmp_path) == before
 
 
 def test_a_model_counts_with_all_its_files_and_what_is_installed(install, tmp_path):

@@ -9,20 +9,8 @@ from scipy.signal import lfilter
 
 from comparison.execution.run import run_one
 from comparison.scene import load_scene
-from comparison.studies.paper.exponents import (
-    CLEAR,
-    SHORTEST,
-    Chaos,
-    Exponent,
-    Following,
-    Press,
-    exponents,
-    free,
-    mean_interval,
-    scale,
-    states,
-    verdict,
-)
+from comparison.studies.paper import exponents as lyapunov
+from comparison.studies.paper.exponents import Chaos, Exponent
 from comparison.studies.paper.nonlinear import DISTANCES, MAIN, believed
 
 RESTITUTION = 0.5
@@ -30,13 +18,13 @@ RESTITUTION = 0.5
 
 def along(step, start, periods, distance, round_off=1e-15, period=1):
     """The exponent by one perturbed orbit of a map; times count its steps."""
-    (exponent,) = exponents(
+    (exponent,) = lyapunov.exponents(
         lambda state, when: (step(state), when + 1),
         lambda state, *_: step(state),
         np.array(start),
         0,
         periods,
-        Following(np.array([distance]), round_off, np.ones(len(start)), period),
+        lyapunov.Following(np.array([distance]), round_off, np.ones(len(start)), period),
     )
     return exponent
 
@@ -71,7 +59,8 @@ def test_the_exponent_of_a_bouncing_ball_is_the_known_one(amplitude, sign):
 def test_the_interval_of_a_mean_covers_it_as_often_as_it_says():
     # A correlation of 0.3 from one to the next: 200 series of 400, after a transient.
     series = lfilter([1.0], [1.0, -0.3], np.random.default_rng(3).normal(size=(200, 420)))[:, 20:]
-    covered = sum(low <= 0.0 <= high for low, high in (mean_interval(x, k) for k, x in enumerate(series)))
+    intervals = [lyapunov.mean_interval(each, k) for k, each in enumerate(series)]
+    covered = sum(low <= 0.0 <= high for low, high in intervals)
     # 95 % asked; blocks of 7 see nearly all of the correlation. Without blocks 83 % are covered.
     assert 178 <= covered <= 199
 
@@ -92,7 +81,7 @@ def test_collapsed_orbits_give_a_bound_and_keep_their_direction(period, collapse
 
     exponent = along(advance, [0.0, 0.0], 10, 1e-6, round_off=1e-12, period=period)
     assert exponent.collapsed == collapsed
-    assert exponent.value == pytest.approx(period * (log(CLEAR * 1e-3) + log(2.0)) / 2, rel=1e-9)
+    assert exponent.value == pytest.approx(period * (log(lyapunov.CLEAR * 1e-3) + log(2.0)) / 2, rel=1e-9)
 
 
 def test_the_exponent_to_believe_is_that_of_the_smallest_distance_at_which_it_is_measured():
@@ -128,7 +117,7 @@ def test_a_scene_is_chaotic_where_every_run_of_both_models_that_measures_it_says
         for k, (value, collapsed) in enumerate(runs)
     }
     best["another", "reference", 1e-10] = Exponent(9.0, 8.0, 10.0, 0.0)
-    assert verdict(best, MAIN) is expected
+    assert lyapunov.verdict(best, MAIN) is expected
 
 
 PER_CYCLE = 200
@@ -138,17 +127,17 @@ def test_stages_from_flight_to_flight_are_the_run():
     values = {"drive.cycles": 2.0, "output.groups": ["corners"], "output.samples_per_cycle": PER_CYCLE}
     scene = load_scene("150rpm-0.2mm", values | {"solver.reference.tolerance": 1e-12})
     run = run_one(scene, "reference")
-    press = Press(scene, partial(run_one, model="reference"))
-    whole, flying = states(run, scene), free(run, scene)
+    press = lyapunov.Press(scene, partial(run_one, model="reference"))
+    whole, flying = lyapunov.states(run, scene), lyapunov.free(run, scene)
     when, stages = int(np.argmax(flying)), 0
     while when < PER_CYCLE:
         state, end = press.orbit(whole[when], when)
-        assert end - when >= SHORTEST * PER_CYCLE
+        assert end - when >= lyapunov.SHORTEST * PER_CYCLE
         assert flying[end]
         # A state in the table is rounded to 1e-16 m; an impact makes 1e-12 m of that (its force changes by
         # 1e7 N a metre), and a stage through the chatter multiplies it by up to 1e4.
-        assert np.linalg.norm((state - whole[end]) * scale(scene)) < 1e-7
+        assert np.linalg.norm((state - whole[end]) * lyapunov.scale(scene)) < 1e-7
         assert press.perturbed(whole[when], when, end).tolist() == state.tolist()
         when, stages = end, stages + 1
     # The rest at the wall takes a quarter of the cycle in one stage.
-    assert 5 <= stages <= 1 / SHORTEST
+    assert 5 <= stages <= 1 / lyapunov.SHORTEST
