@@ -238,12 +238,9 @@ def test_what_is_zero_in_one_and_the_residue_of_others_in_the_other_is_no_differ
 def test_a_command_runs_again_where_a_file_that_it_names_has_changed(words, name, tmp_path):
     path = tmp_path / name
     path.parent.mkdir(exist_ok=True)
-    hashes = []
+    line, hashes = f"{words} {{tolerance}} {{out}}".replace("{folder}", str(tmp_path)), []
     for text in ("1", "1.0"):
         path.write_text(text)
         path.chmod(0o755)
-        command = command_side(
-            f"{words} {{tolerance}} {{out}}".replace("{folder}", str(tmp_path)), tmp_path, ["tolerance"]
-        )
-        hashes.append(command.files)
+        hashes.append(command_side(line, tmp_path, ["tolerance"]).files)
     assert hashes[0] != hashes[1]

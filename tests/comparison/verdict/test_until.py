@@ -10,8 +10,6 @@ from comparison.verdict.channel import Criteria
 from comparison.verdict.recorded import compare_files
 from comparison.verdict.until import until
 
-LABELS = ("a", "b")
-
 
 def lorenz(rho=28.0):
     return lambda _, y: [10 * (y[1] - y[0]), y[0] * (rho - y[2]) - y[1], y[0] * y[1] - 8 / 3 * y[2]]
@@ -37,7 +35,7 @@ def runs(f, start, end, method, tolerance, *, step=0.01):
 def judged(a, b, rows=None, **criteria):
     sides = [[(kind, as_source(frame.iloc[:rows], kind)) for kind, frame in side] for side in (a, b)]
     refinements = ((10.0, 1.0), (10.0, 1.0))
-    return compare_files(*sides, labels=LABELS, refinements=refinements, criteria=Criteria(**criteria))
+    return compare_files(*sides, labels=("a", "b"), refinements=refinements, criteria=Criteria(**criteria))
 
 
 PAIRS = {
