@@ -139,11 +139,8 @@ def test_the_notebook_runs_and_both_models_agree_in_it():
 def test_the_site_is_built_without_a_warning_and_loads_nothing_from_a_network(tmp_path):
     pytest.importorskip("furo", reason="needs the extra docs")
     options = ["-W", "--keep-going", "-q", "-c", str(ROOT / "docs"), "-d", str(tmp_path / "doctrees")]
-    built = subprocess.run(
-        [sys.executable, "-m", "sphinx", *options, str(ROOT), str(tmp_path / "site")],
-        capture_output=True,
-        text=True,
-    )
+    command = [sys.executable, "-m", "sphinx", *options, str(ROOT), str(tmp_path / "site")]
+    built = subprocess.run(command, capture_output=True, text=True)
     assert (built.returncode, built.stderr) == (0, "")
     pages = {path: path.read_text("utf-8") for path in tmp_path.glob("site/**/*.html")}
     assert len(pages) > 20

@@ -107,7 +107,5 @@ def test_the_entry_point_names_the_plugin_and_its_import_is_cheap():
     code = (
         f"import sys, pytest; before = set(sys.modules); import {module}; print(*set(sys.modules) - before)"
     )
-    output = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT
-    )
-    assert set(output.stdout.split()) <= {"comparison", module, "__future__"}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert set(done.stdout.split()) <= {"comparison", module, "__future__"}

@@ -18,8 +18,6 @@ from comparison.words.accuracy import accuracy_line, settings_basis
 OWN = load_scene("150rpm-0.2mm", {"clearance.slider": 2.1e-4})  # no measured scene
 PHASE = np.linspace(0.0, 1.0, 1001)
 EXACT = -0.55 + 2e-4 * np.sin(2.0 * np.pi * PHASE)
-
-
 STEADY = np.ones_like(PHASE)
 GROWING = np.where(PHASE < 0.5, 1.0, 1e8)  # in the second half nothing can be known
 
@@ -127,14 +125,13 @@ def test_where_a_setting_fails_another_is_taken(wanted, fails, limit, taken):
 
 
 SCENE = load_scene("150rpm-0.2mm", {"drive.cycles": 1.0, "clearance.slider": 2e-4})
-CANDIDATES = candidates(SCENE)
 RIGHT = -0.55 + 2e-4 * np.sin(np.linspace(0.0, 6.0, 1001))
 
 
 def measured(unknown=0.5):
     """All settings, each with an error of its tolerance; from a share of the run on the models diverge."""
     rows = []
-    for candidate in CANDIDATES:
+    for candidate in candidates(SCENE):
         full, setting = candidate.formulation == "full", candidate.setting
         x = RIGHT + (1e7 * setting**2 if full else setting)
         x[round(unknown * 1000) :] += 1e-5 * (candidate.model == "exudyn")

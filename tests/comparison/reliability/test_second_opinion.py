@@ -56,7 +56,6 @@ def plain(name):
         results[quantity] = SimpleNamespace(
             mean=mean,
             deviation=deviation,
-            index=index,
             reliability=norm.cdf(index),
             within=(rows <= limit).mean((1, 2)),
             peaks=[size[:EVERY].max(), size[EVERY:].max()],

@@ -34,10 +34,11 @@ def test_costs_at_equal_error_are_those_of_the_powers_and_nothing_is_extrapolate
     assert isnan(cost_at(two, 1e-9))
 
 
-def measured(costs):
-    """Rows of some methods: an error of ten times the setting, costs in its power -1/8."""
+def test_ratios_are_taken_at_equal_error_and_failures_are_no_points():
+    """Of an error of ten times the setting, and costs in its power -1/8."""
+    costs = dict.fromkeys(SWEEPS, 1.0) | {MINIMAL_SCIPY: 5.0, MULTIPLIERS: 30.0}
     labels = ("method", "model", "scene", "setting")
-    return [
+    rows = [
         dict(zip(labels, (method.name, method.model, scene, setting), strict=True))
         | {"status": "success", "seconds": costs[method] * setting**-0.125, "evaluations": 1000}
         | {"error": 10 * setting}
@@ -45,10 +46,6 @@ def measured(costs):
         for method in costs
         for setting in SWEEPS[method]
     ]
-
-
-def test_ratios_are_taken_at_equal_error_and_failures_are_no_points():
-    rows = measured(dict.fromkeys(SWEEPS, 1.0) | {MINIMAL_SCIPY: 5.0, MULTIPLIERS: 30.0})
     rows[0] |= {"status": "gave up", "error": None, "seconds": None}
     frame = pd.DataFrame(rows)
     assert len(study.curve_of(frame, MINIMAL, next(iter(study.SCENES)))) == len(SWEEPS[MINIMAL]) - 1

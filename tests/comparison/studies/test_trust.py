@@ -25,11 +25,10 @@ from comparison.tables.table import Table, TableError
 from comparison.verdict.compare import compare
 
 FAULTS = catalogue()
-CODE = catalogue("code")
 
 
 def test_other_code_replaces_one_place_of_the_present_sources():
-    for fault in CODE:
+    for fault in catalogue("code"):
         assert fault.new in seeded.changed(fault)  # which refuses what is there twice, or not any more
 
 

@@ -61,13 +61,6 @@ def test_a_run_of_once_and_four_times_the_length_says_the_same(kind):
         assert channel.isolated == later.isolated or wrong
 
 
-def predictable(*gaps):
-    known = np.ones(200, dtype=bool)
-    for first, last in gaps:
-        known[first:last] = False
-    return known
-
-
 @pytest.mark.parametrize(
     ("gaps", "end", "isolated"),
     [
@@ -80,7 +73,10 @@ def predictable(*gaps):
     ],
 )
 def test_a_stretch_longer_than_the_window_ends_it_and_shorter_ones_are_counted(gaps, end, isolated):
-    assert until(np.arange(200.0), predictable(*gaps), 2.0) == (end, isolated)
+    predictable = np.ones(200, dtype=bool)
+    for first, last in gaps:
+        predictable[first:last] = False
+    assert until(np.arange(200.0), predictable, 2.0) == (end, isolated)
 
 
 def test_a_run_shorter_than_its_window_is_judged_as_a_whole():
