@@ -11,7 +11,7 @@ from doc_pages import ROOT, block
 import sixbar
 
 # What the plugin imports where it is used: pytest inside pytest forgets what it has imported itself.
-from comparison.report import page  # noqa: F401
+from comparison.report import figures, page  # noqa: F401
 from comparison.scene import load_scene
 from comparison.tables.table_files import write
 from comparison.verdict import recorded  # noqa: F401
