@@ -49,16 +49,14 @@ def test_a_method_that_is_named_decides_the_formulation(run):
     assert provenance["formulation"] == "five bodies"
 
 
-# A step as long as a contact, walls a million times as stiff; a step of six contacts; numbers that overflow;
-# below round-off; infinite errors, of which Exudyn takes no step; deep in both walls damping is stiffer than
-# its shortest step
+# A step as long as a contact, walls a million times as stiff; numbers that overflow; below round-off;
+# infinite errors, of which Exudyn takes no step; deep in both walls damping is stiffer than its shortest step
 STIFF = {"drive.cycles": 0.2, STEP: 2e-5, "contact.youngs_modulus": 2.1e17}
 DEEP = {"initial.slider_angle": 0.5, "contact.impact_speed_floor": 1e-9}
 # A jump of the workpiece's force, which no step of 1e-12 s crosses at this tolerance
 JUMP = {"load.table": [[0.0, 0.0], [1e-18, 300.0]], "load.surface": -0.0318, "drive.cycles": 0.02}
 FAILURES = [
     (STIFF, None, "newton-failed", STEP),
-    ({"drive.cycles": 0.2, STEP: 1e-3}, None, "invariant-violated", STEP),
     ({"initial.slider_vx": 1e200}, None, "non-finite", ""),
     ({"drive.cycles": 0.1}, 1e-17, "step-too-small", TOLERANCE),
     (PIN | {"joints.slider": "ideal"}, 1e-17, "step-too-small", TOLERANCE),
@@ -133,3 +131,20 @@ def test_a_tree_takes_few_steps(run, changes, work, retries):
     assert counters["steps"] < work
     assert counters["rejected"] < 0.15 * counters["steps"]
     assert counters["located"] < retries * len(result.events["start"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("changes", "status", "key", "tried"),
+    [
+        (TREE | {TOLERANCE: 1e-17, "drive.cycles": 0.05}, "step-too-small", TOLERANCE, 1e-10),
+        ({STEP: 1e-3}, "invariant-violated", STEP, 2e-5),
+        ({STEP: 1e-3, "contact.law": "paper-switching"}, "newton-failed", STEP, 2e-5),
+    ],
+)
+def test_what_a_failure_says_to_try_works(run, changes, status, key, tried):
+    usual = {"drive.cycles": 0.2, GROUPS: []}
+    failed = run(usual, changes)
+    assert failed.status == status
+    assert key in failed.remedy
+    assert run(usual, changes, {key: tried}).status == "success"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import reference_model
-from comparison.scene import SceneError, load_scene, parse_set, shipped_scenes
+from comparison.scene import SceneError, load_scene, parse_set, scene_from_mapping, shipped_scenes
 from comparison.scene.keys import flat, scene_keys
 from comparison.scene.loading import contact_time
 
@@ -55,6 +55,15 @@ def test_set_reads_toml_values_and_takes_bare_words_as_text():
     assert parse_set(["a.b=1", "c=2e-9", "d=[1, 2]", "e=true", "f=ideal", "g='x y'", "h=a=b"]) == known
     # A line break must not smuggle in a second key.
     assert parse_set(["a=1\nb=2"]) == {"a": "1\nb=2"}
+
+
+def test_the_hash_sees_numbers_and_not_texts():
+    scene = load_scene(PAPER, {"drive.speed_rpm": 77.7})
+    same = {"scene.title": "other", "compare.tolerance": 1e-3, "reliability.bins": 36}
+    assert scene.with_values(same).hash == scene.hash
+    changes = {"drive.speed_rpm": -77.7, "solver.exudyn.step": 1e-6, "output.groups": []}
+    assert len({scene.hash, *(scene.with_values({key: value}).hash for key, value in changes.items())}) == 4
+    assert scene_from_mapping(scene.data).hash == scene.hash
 
 
 SLIDER, GUIDE, BOTH = (f"contact.youngs_modulus{partner}" for partner in (".slider", ".guide", ""))

@@ -91,6 +91,13 @@ def test_what_has_two_readings_is_read_once_a_mapping_states_the_key(content, wo
     assert (" ".join(table.channels), table.values(table.channels[0]).tolist()) == (names, values)
 
 
+def test_a_dialect_may_be_that_of_one_table():
+    a, b = put("a.csv", "time;x\n0;1.500\n1;2.500\n"), put("b.csv", "time|x\n0|1,5\n1|2,5\n")
+    stated = '[dialect]\ndecimal = "."\n[dialect.b]\nseparator = "|"\ndecimal = ","'
+    first, second, _ = read_pair(a, b, stated)
+    assert first.frame.equals(second.frame)
+
+
 OURS = "time,slider_y,slider_angle\nms,mm,deg"
 MM = "time,reach\ns,mm\n0,1\n1,2\n"
 
