@@ -25,7 +25,7 @@ app = typer.Typer(
     help="Cross-validation of two models of a press, or of any planar linkage, with clearance in its joints.",
     epilog="Exit codes: 0 agree; 1 differ, or a regression; 2 cannot compare or bad input; 3 indeterminate, "
     "or an accuracy that is not reachable; "
-    "70 internal error; 130 interrupted. For several scenes the worst one.",
+    "70 a run crashed, or internal error; 130 interrupted. For several scenes the worst one.",
 )
 
 

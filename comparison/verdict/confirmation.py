@@ -102,7 +102,7 @@ def judge_again(
         *runs,
         scene=scene,
         labels=result.labels,
-        criteria=Criteria(channels=list(result.channels)),
+        criteria=Criteria(**scene.compare.model_dump(), channels=list(result.channels)),
         tier=result.tier,
         ensembles=ensembles,
     )

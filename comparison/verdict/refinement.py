@@ -124,13 +124,13 @@ def without_violation(
 
 
 def _finer(scene: Scene, models: Sequence[str], level: int) -> Scene | None:
-    """Return the scene with both models one level finer; None at the last, or if one cannot be refined."""
-    closer: Scene | None = scene
+    """Return the scene with each model one level finer that has one; None at the last, or if none has."""
+    closer = scene
     for model in dict.fromkeys(models):
         tolerance = scene.data["solver"].get(model, {}).get("tolerance", 1.0)
-        if closer is not None and not (model == "reference" and tolerance <= 1.01 * FINEST_TOLERANCE):
-            closer = finer(model, closer)
-    if closer is None or level > MOST_LEVELS:
+        if not (model == "reference" and tolerance <= 1.01 * FINEST_TOLERANCE):
+            closer = finer(model, closer) or closer
+    if closer is scene or level > MOST_LEVELS:
         return None
     small = closer.data["solver"]["exudyn"]["step"] < SMALLEST_STEP
     return None if small and level > ENOUGH_LEVELS else closer

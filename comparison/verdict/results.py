@@ -189,11 +189,15 @@ class ChannelComparison:
 
     @property
     def deciding(self) -> tuple[BoolArray, Array]:
-        """Samples that decide, and u on these: all non-zero ones where the largest u of all times does."""
-        assert self.u is not None
+        """Samples that decide, and u, or tolerance / k, on these.
+
+        All non-zero ones where the largest u of all times decides.
+        """
+        assert self.threshold is not None
         if self.basis is Basis.LARGEST:
             return self.nonzero, np.full(int(self.nonzero.sum()), self.worst_threshold / self.limits.k)
-        return self.judged, self.u[self.judged]
+        u = self.threshold / self.limits.k if self.u is None else self.u
+        return self.judged, u[self.judged]
 
     @property
     def coverage(self) -> float:

@@ -92,7 +92,7 @@ def accuracy_line(run: AccurateRun) -> str:
     """Return the error of a run, the time up to which it holds, and the reason why it is not smaller."""
     from comparison.accuracy.refine import FLOOR, Limit
 
-    cost = f" ({_setting(run.level.scene, run.model)}; {run.runs} runs, {run.seconds:.2g} s)"
+    cost = f" ({_setting(run.level.scene, run.model)}; {run.runs} runs, {run.seconds:.2g} s of wall time)"
     estimate, scene = run.estimate, run.level.scene
     if estimate is None:
         unrefined = "finer" not in run.level.outcomes

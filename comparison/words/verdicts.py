@@ -265,7 +265,7 @@ def shift(estimate: Shift, labels: tuple[str, str]) -> str:
         return f"A time shift between the two cannot be estimated: {estimate.reason}."
     size = f"{abs(estimate.value):.3g} s ± {estimate.uncertainty:.2g} s"
     if not estimate.significant:
-        return f"No significant time shift: {size}."
+        return f"No time shift above three times its uncertainty: {size}."
     late, early = labels[::-1] if estimate.value > 0 else labels
     return f"{late} is later than {early} by {size} (estimated, not applied)."
 

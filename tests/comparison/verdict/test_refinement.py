@@ -7,10 +7,13 @@ import pytest
 from fake_ensemble import COARSE, MODELS, Fake, narrow
 from fake_model import signals
 
+from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import VIOLATED, Outcome
 from comparison.scene import load_scene
+from comparison.verdict.channel import Criteria
 from comparison.verdict.compare import compare
 from comparison.verdict.refinement import ENOUGH_LEVELS, MOST_LEVELS, settle, without_violation
+from comparison.verdict.results import Doubt
 from comparison.words.verdicts import finer_runs, scene_reason
 
 STEP = 2e-6  # s, of the shipped scenes
@@ -119,6 +122,26 @@ def test_where_a_finer_run_fails_the_tree_decides(tree, verdict):
     assert (result.verdict, result.refined) == (verdict, 0)
     assert (result.confirmation is not None) == (verdict == "differ")
     assert ("a finer run failed" in scene_reason(result)) == (verdict == "indeterminate")
+
+
+@pytest.mark.parametrize(("fault", "verdict"), [(FAULT, "differ"), (0.0, "agree")])
+def test_against_a_model_without_settings_five_bodies_alone_are_refined(fault, verdict):
+    """Its runs have no uncertainty: the scene's tolerance decides."""
+    model = levels(lambda step: fault + 10 * FAULT * (step == STEP))
+    scene, models = model.fake.scene.with_values({"compare.tolerance": 1e-6}), ("mine", "exudyn")
+
+    def families(scene):
+        mine, exudyn = model.families(scene)
+        return Runs(mine.base), exudyn
+
+    runs, criteria = families(scene), Criteria(tolerance=1e-6)
+    before = compare(*runs, scene=scene, labels=models, criteria=criteria)
+    assert before.verdict == "differ"
+    options = {"scene": scene, "models": models, "run": model.run, "run_families": families}
+    result = settle(before, runs, **options).comparison
+    assert result.verdict == verdict
+    assert result.confirmation is None or result.confirmation.doubt is Doubt.TOLERANCE
+    assert [step for step, _ in model.asked] == [STEP, STEP / 2, STEP / 4, STEP / 8][: 4 if fault else 2]
 
 
 def test_a_violation_at_the_scenes_own_step_is_remedied_by_half_of_it():
