@@ -2,8 +2,9 @@
 .DELETE_ON_ERROR:
 VENV := .venv
 BIN := $(VENV)/bin
-# Tests of one file in one process, so that they share its runs; one process where a test starts a browser.
-SPREAD := -n logical --maxprocesses 8 --dist loadfile
+# Fast tests of one file in one process, so that they share its runs; slow ones wherever there is time: one file has
+# a large part of their work. One process where a test starts a browser.
+SPREAD := -n logical --maxprocesses 8 --dist
 # The newest Python that runs; a name alone may be a version manager's empty shell.
 ifndef PYTHON
 PYTHON := $(shell for v in 3.14 3.13 3.12 3.11 3; do python$$v -c pass >/dev/null 2>&1 && echo python$$v && break; done)
@@ -42,10 +43,10 @@ validate: $(VENV)/.installed
 	$(BIN)/sixbar validate
 
 test: $(VENV)/.developed
-	$(BIN)/python -m pytest $(SPREAD)
+	$(BIN)/python -m pytest $(SPREAD) loadfile
 
 test-slow: $(VENV)/.developed
-	$(BIN)/python -m pytest -m slow $(SPREAD)
+	$(BIN)/python -m pytest -m slow $(SPREAD) worksteal
 
 test-browser: $(VENV)/.developed
 	$(BIN)/python -m pytest -m browser
