@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 # Fast tests of one file in one process, so that they share its runs; slow ones wherever there is time: one file has
 # a large part of their work. One process where a test starts a browser.
-SPREAD := -n logical --maxprocesses 8 --dist
+SPREAD := -n logical --maxprocesses 8
 # The newest Python that runs; a name alone may be a version manager's empty shell.
 ifndef PYTHON
 PYTHON := $(shell for v in 3.14 3.13 3.12 3.11 3; do python$$v -c pass >/dev/null 2>&1 && echo python$$v && break; done)
@@ -43,10 +43,10 @@ validate: $(VENV)/.installed
 	$(BIN)/sixbar validate
 
 test: $(VENV)/.developed
-	$(BIN)/python -m pytest $(SPREAD) loadfile
+	$(BIN)/python -m pytest $(SPREAD) --dist loadfile
 
 test-slow: $(VENV)/.developed
-	$(BIN)/python -m pytest -m slow $(SPREAD) worksteal
+	$(BIN)/python -m pytest -m slow $(SPREAD) --dist worksteal
 
 test-browser: $(VENV)/.developed
 	$(BIN)/python -m pytest -m browser

@@ -107,7 +107,8 @@ def inline_svg(figure: Figure, key: str) -> str:
         canvas.print_svg(text, metadata=kept_out)  # type: ignore[no-untyped-call]
     svg = re.sub(r"<\?xml.*?\?>|<!DOCTYPE.*?>|<!--.*?-->", "", text.getvalue(), flags=re.DOTALL)
     svg = re.sub(r'<g id="[^"]*"', "<g", svg)  # matplotlib numbers them alike in every figure
-    svg = re.sub(r"<[^>]*>", lambda tag: re.sub(r"(\.\d\d)\d+", r"\1", tag[0]), svg)  # of a point
+    # A hundredth of a point is less than anyone sees; the texts between tags stay whole.
+    svg = re.sub(r"<[^>]*>", lambda tag: re.sub(r"(\.\d\d)\d+", r"\1", tag[0]), svg)
     for role, colour in _ROLES.items():
         if colour in _IN_FIGURES and role != "difference":  # it has the colour of the ink
             svg = svg.replace(colour, f"var(--{role})")

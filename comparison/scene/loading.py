@@ -410,7 +410,8 @@ HEAVIEST_LOAD = 1e5
 def implausible(scene: Scene) -> Iterator[str]:
     """Yield a line for each implausible value of a scene: key, value, unit, reason."""
     cycles, per_cycle = scene.data["drive"].get("cycles"), scene.data["output"].get("samples_per_cycle")
-    if cycles is not None and abs((samples := cycles * per_cycle) - round(samples)) > 1e-6:  # typed digits
+    # More than the round-off of a product
+    if cycles is not None and abs((samples := cycles * per_cycle) - round(samples)) > 1e-6:
         count = f"{samples:.6g} samples; {round(samples)} are run"
         yield f"drive.cycles = {cycles:g} times output.samples_per_cycle = {per_cycle} is {count}"
     if scene.is_linkage:

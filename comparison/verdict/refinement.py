@@ -152,5 +152,5 @@ def _outlasts(levels: Sequence[Judgement], models: Sequence[str]) -> bool:
         ]
         moved = np.abs(np.diff(values, axis=0)).max(axis=(0, 1))
         ratios.append(moved[outside] / difference[outside])
-    # A time shift beyond the tolerance shows in no channel.
+    # None: a time shift alone exceeds the tolerance.
     return not ratios or bool(np.median(np.concatenate(ratios)) <= CONVERGED)

@@ -51,7 +51,7 @@ def interrupted(sixbar, *arguments, by=signal.SIGINT):
 
 
 @pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGTERM])
-def test_ctrl_c_leaves_the_report_of_the_scenes_that_are_finished(sixbar, by):
+def test_an_interrupt_leaves_the_report_of_the_scenes_that_are_finished(sixbar, by):
     sixbar.write("v/tables/hang-beta.csv", "of an earlier call")
     good, hang = sixbar.press("good"), sixbar.press("hang", beta='does = "hang"')
     assert "1 of 2 scenes. Not compared: hang." in interrupted(sixbar, *VALIDATE, good, hang, by=by)

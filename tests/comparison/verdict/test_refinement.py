@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from fake_ensemble import COARSE, MODELS, Fake, narrow
 from fake_model import signals
@@ -10,6 +11,7 @@ from fake_model import signals
 from comparison.accuracy.uncertainty import Runs
 from comparison.execution.run import VIOLATED, Outcome
 from comparison.scene import load_scene
+from comparison.tables.table import Table
 from comparison.verdict.channel import Criteria
 from comparison.verdict.compare import compare
 from comparison.verdict.refinement import ENOUGH_LEVELS, MOST_LEVELS, settle, without_violation
@@ -142,6 +144,23 @@ def test_against_a_model_without_settings_five_bodies_alone_are_refined(fault, v
     assert result.verdict == verdict
     assert result.confirmation is None or result.confirmation.doubt is Doubt.TOLERANCE
     assert [step for step, _ in model.asked] == [STEP, STEP / 2, STEP / 4, STEP / 8][: 4 if fault else 2]
+
+
+def test_a_difference_by_a_time_shift_alone_outlasts_refinement():
+    model, models, time = levels(lambda _: 0.0), ("mine", "exudyn"), np.arange(201) * 4e-3
+    scene = model.fake.scene.with_values({"compare.tolerance": 0.01})
+
+    def late(shift, amplitude=1e-3, w=2 * np.pi / 0.4):
+        phase = w * (time - shift)
+        columns = {"slider_y": amplitude * np.cos(phase), "slider_vy": -amplitude * w * np.sin(phase)}
+        return Runs(Table(pd.DataFrame({"time": time} | columns)))
+
+    runs, criteria = (late(0.0), late(2e-5)), Criteria(tolerance=0.01, channels=["slider_y"])
+    before = compare(*runs, scene=scene, labels=models, criteria=criteria)
+    assert (before.verdict, before.channels["slider_y"].verdict) == ("differ", "agree")
+    options = {"scene": scene, "models": models, "run": model.run, "run_families": lambda _: runs}
+    result = settle(before, runs, **options).comparison
+    assert (result.verdict, result.refined) == ("differ", ENOUGH_LEVELS)
 
 
 def test_a_violation_at_the_scenes_own_step_is_remedied_by_half_of_it():
