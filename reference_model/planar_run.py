@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference_model import compiled, dop853, integrate
-from reference_model.compiled import inlined, inner, kernel
+from reference_model.compiled import inlined, inner, kernel, merged
 from reference_model.dop853 import END, POINT, START, dense, evaluate_nodes
 from reference_model.events import begin, first_end
 from reference_model.formulations import derivative
@@ -115,6 +115,45 @@ def observe(
         forces[n, size + k] = model.pulls.flat[k]
 
 
+@merged
+def work_error(model: Linkage, run: Run, h: float, free: int, tolerance: float) -> float:
+    """Return the error of the works in a step of `h` (s), in units of the tolerance.
+
+    No error of the motion knows of the work of a drive that prescribes it, or of a clipped contact.
+    """
+    size, moves = model.masses.size, 0.0
+    for k in range(size):
+        speed = abs(run.nodes.y[END, size + k])
+        moves += model.masses[k] * speed * (1.0 + 0.5 * speed)
+    if not moves > 0.0:
+        return 0.0
+    return dop853.error_norm(h, run.nodes.dy[:, free:], WORKS, WORK * tolerance * moves)
+
+
+@merged
+def accept(model: Linkage, run: Run, t: float, end: float, h: float, forces: Array, jacobians: Array) -> None:
+    """Record a step of `h` from `t` to `end` (s), and go on to its end."""
+    nodes, counters = run.nodes, run.counters[0]
+    counters.steps += 1
+    while run.instants[0, counters.instant] <= end:
+        now = run.instants[0, counters.instant]
+        observe(model, run, now, min(1.0, (now - t) / h), SAMPLE, forces, jacobians)
+        counters.instant += 1
+    find_peaks(model.contacts, run, run.peaks)
+    for k in range(run.peaks.size):
+        if run.peaks.flat[k]:
+            top = find_top(model, run, t, h, k)
+            observe(model, run, t + top * h, top, EXTREMUM, forces, jacobians)
+    for k in range(PARTS + 1):
+        purpose = PART if k < PARTS else PART + STEP + EXTREMUM
+        observe(model, run, t + (end - t) * k / PARTS, k / PARTS, purpose, forces, jacobians)
+    for k in range(nodes.y.shape[1]):
+        nodes.y[START, k], nodes.dy[START, k] = nodes.y[POINT, k], nodes.dy[POINT, k]
+    for k in range(model.contacts.size):
+        nodes.touches[START, k] = nodes.touches[POINT, k]
+    nodes.slider[0] = nodes.slider[POINT]
+
+
 @kernel
 def advance(
     model: Linkage, run: Run, settings: integrate.Settings, t_end: float, forces: Array, jacobians: Array
@@ -147,15 +186,8 @@ def advance(
         counters.evaluations += dop853.STAGES
         free, there = dop853.free_states(nodes), False
         error = dop853.error_norm(h, dy, free, settings.tolerance, RATE_TIME)
-        # No error of the motion knows of the work of a drive that prescribes it, or of a clipped contact.
         if model.omega != 0.0 or contacts.size > 0:
-            moves = 0.0
-            for k in range(model.masses.size):
-                speed = abs(y[END, model.masses.size + k])
-                moves += model.masses[k] * speed * (1.0 + 0.5 * speed)
-            if moves > 0.0:
-                scale = WORK * settings.tolerance * moves
-                error = max(error, dop853.error_norm(h, dy[:, free:], WORKS, scale))
+            error = max(error, work_error(model, run, h, free, settings.tolerance))
         factor = math.pow(error, -0.125) if 0.0 < error < math.inf else 4.0 if error == 0.0 else 0.0
         if error <= 1.0:
             first, last, angle = nodes.slider[0], nodes.slider[END], -(y[START, turn] % (2.0 * math.pi))
@@ -191,26 +223,9 @@ def advance(
                 status = integrate.STEP_TOO_SMALL
                 break
             continue
-        counters.steps += 1
         if place != NONE and not has_ended(contacts, modes, nodes.touches[END], place, run.scales):
             place, planned = NONE, min(planned, h)
-        while run.instants[0, counters.instant] <= end:
-            now = run.instants[0, counters.instant]
-            observe(model, run, now, min(1.0, (now - t) / h), SAMPLE, forces, jacobians)
-            counters.instant += 1
-        find_peaks(contacts, run, run.peaks)
-        for k in range(run.peaks.size):
-            if run.peaks.flat[k]:
-                top = find_top(model, run, t, h, k)
-                observe(model, run, t + top * h, top, EXTREMUM, forces, jacobians)
-        for k in range(PARTS + 1):
-            purpose = PART if k < PARTS else PART + STEP + EXTREMUM
-            observe(model, run, t + (end - t) * k / PARTS, k / PARTS, purpose, forces, jacobians)
-        for k in range(y.shape[1]):
-            y[START, k], dy[START, k] = y[POINT, k], dy[POINT, k]
-        for k in range(contacts.size):
-            nodes.touches[START, k] = nodes.touches[POINT, k]
-        nodes.slider[0] = nodes.slider[POINT]
+        accept(model, run, t, end, h, forces, jacobians)
         t, h, planned = end, max(h * min(3.0, 0.9 * factor), planned), 0.0
         switched = counters.switches
         if integrate.nothing_touches(modes):

@@ -68,37 +68,14 @@ def compare(
         If the tables cannot be compared: a channel missing or unexpected, a number that is not finite, time
         that does not increase, a truncated run.
     """
-    only, common_time = criteria.channels, criteria.common_time
-    labelled = tuple(zip(labels, (a, b), strict=True))
-    tables = {_run_name(label, which): run for label, runs in labelled for which, run in runs.tables.items()}
-    names = _names(a.base, b.base, scene, only)
-    span = None if scene is None or common_time else (0.0, scene.duration)
-    for label, table in tables.items():
-        check(table, names, span, name=label)
-    if common_time and a.finer is not None:
-        raise TableError("further runs require equal times: a common time does not apply to them")
-    _check_grids(labelled)
-    if not common_time:
-        alone = a.finer is None and b.finer is None
-        remedy = "--common-time compares where both have rows" if alone else "write both over the same time"
-        _check_ends(labels, a.base.time, b.base.time, remedy)
-    aligned = align(a.base, b.base, names)
-    if common_time:
-        first, second, notes = _cut_to_common(a.base, b.base, aligned.time)
-        a, b, warnings = replace(a, base=first), replace(b, base=second), (*warnings, *notes)
-        labelled = tuple(zip(labels, (a, b), strict=True))
-    warnings = (*warnings, *_check_rows(labels, (a.base.time, b.base.time)))
-    warnings += tuple(f"{label}: {line}" for label, runs in labelled for line in contact_warnings(runs.base))
-    if aligned.interpolated and a.finer is not None and b.finer is not None:
-        raise TableError(
-            f"{labels[0]} and {labels[1]}: with uncertainties both must have the same times, to a billionth "
-            "of the interval: write both with one output step and 15 digits; or compare one table of each by "
-            "sixbar compare --tolerance, which interpolates"
-        )
+    names = _names(a.base, b.base, scene, criteria.channels)
+    a, b, aligned, notes = _align_runs(a, b, labels, names, scene, criteria.common_time)
+    warnings += notes
+    labelled = (labels[0], a), (labels[1], b)
     limits = thresholds(tier)
     period = criteria.period if scene is None else scene.period
     known = a.base.known | b.base.known
-    compared = [name for name in names if only is None or name in only]
+    compared = [name for name in names if criteria.channels is None or name in criteria.channels]
     cycle = nan if period is None else period
     if period is None and a.finer is not None:
         excited = [n for n in compared if np.ptp([aligned.a[n], aligned.b[n]]) >= known[n].floor]
@@ -166,7 +143,11 @@ def compare(
         warnings=(() if scene is None else scene.warnings) + warnings,
         events=(a.base.events, b.base.events),
         pulses=(pulses_of(a.base), pulses_of(b.base)),
-        provenance={label: table.provenance for label, table in tables.items()},
+        provenance={
+            _run_name(label, which): table.provenance
+            for label, runs in labelled
+            for which, table in runs.tables.items()
+        },
         tier=tier,
         shift=aligned.shift,
         allowed_shift=allowed_shift,
@@ -183,6 +164,39 @@ def compare(
             agree=verdict == "agree",
         ),
     )
+
+
+def _align_runs(
+    a: Runs, b: Runs, labels: tuple[str, str], names: list[str], scene: Scene | None, common_time: bool
+) -> tuple[Runs, Runs, Aligned, tuple[str, ...]]:
+    """Return the runs within the compared times, their aligned samples, and warnings; errors as `compare`."""
+    labelled = (labels[0], a), (labels[1], b)
+    span = None if scene is None or common_time else (0.0, scene.duration)
+    for label, runs in labelled:
+        for which, table in runs.tables.items():
+            check(table, names, span, name=_run_name(label, which))
+    if common_time and a.finer is not None:
+        raise TableError("further runs require equal times: a common time does not apply to them")
+    _check_grids(labelled)
+    if not common_time:
+        alone = a.finer is None and b.finer is None
+        remedy = "--common-time compares where both have rows" if alone else "write both over the same time"
+        _check_ends(labels, a.base.time, b.base.time, remedy)
+    aligned = align(a.base, b.base, names)
+    warnings: list[str] = []
+    if common_time:
+        first, second, warnings = _cut_to_common(a.base, b.base, aligned.time)
+        a, b = replace(a, base=first), replace(b, base=second)
+    warnings += _check_rows(labels, (a.base.time, b.base.time))
+    for label, runs in zip(labels, (a, b), strict=True):
+        warnings += [f"{label}: {line}" for line in contact_warnings(runs.base)]
+    if aligned.interpolated and a.finer is not None and b.finer is not None:
+        raise TableError(
+            f"{labels[0]} and {labels[1]}: with uncertainties both must have the same times, to a billionth "
+            "of the interval: write both with one output step and 15 digits; or compare one table of each by "
+            "sixbar compare --tolerance, which interpolates"
+        )
+    return a, b, aligned, tuple(warnings)
 
 
 def scene_verdict(results: Mapping[str, ChannelComparison], floor: float | None) -> str:
