@@ -237,7 +237,8 @@ def animate(
     from comparison.report.page import write_animation
     from comparison.report.plots import FORCES, MOTION
     from comparison.scene import load_scene
-    from comparison.tables.table import TableError
+    from comparison.tables.align import cut
+    from comparison.tables.table import TableError, slacks
 
     path = console.check_output(out or _usual(tables, ".html"), ".html")
     read = _read(tables, (*MOTION, *FORCES))
@@ -247,6 +248,15 @@ def animate(
     if known is None:
         raise TableError(f"{label}: no valid scene is recorded beside the table; name it by --scene")
     known.require_press("the animation")
+    for name, table in read.items() if scene is not None else ():
+        recorded = table.scene.data if table.scene is not None else known.data
+        other = [part for part in ("mechanism", "drive", "clearance") if recorded[part] != known.data[part]]
+        warn([f"{name}: recorded of a scene with another {part}" for part in other])
+    times = [table.time for table in read.values()]
+    (early, late), start, end = slacks(*times), max(t[0] for t in times), min(t[-1] for t in times)
+    if any(t[0] < start - early or t[-1] > end + late for t in times):
+        read[label] = cut(first, start, end)
+        warn([f"drawn from {start:g} to {end:g} s: only there both tables have rows"])
     title = f"Animation of {' and '.join(read)}"
     say(str(write_animation(read, known.data, path, title=title, command=command)))
     return 0

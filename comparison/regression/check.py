@@ -54,7 +54,7 @@ class Kind(Enum):
     CHANNEL_GONE = auto()
     NEW_CHANNEL = auto()
     UNPREDICTABLE = auto()  # no sample at which something happens is predictable
-    EXCITED = auto()  # extent, of a channel in which nothing happened
+    EXCITED = auto()  # extent, of a channel that was constant
     NO_SAMPLE = auto()  # time of a checkpoint, s
     # Of the first checkpoint outside: time, value, before, off, threshold, share of the scale. Of all: count
     # outside of points, largest share and its time peak, rows of time, before, threshold, value; curve now
@@ -181,13 +181,13 @@ def _changes(record: RunRecord, job: Job, table: Table, *, exact: bool) -> dict[
             findings[name] = Kind.NEW_CHANNEL, {}
         elif name in record.unpredictable:
             findings[name] = Kind.UNPREDICTABLE, {}
-        elif name in record.channels:
-            findings[name] = _moved(table.known[name], record.channels[name], table, job.scene)
         else:
-            extent = float(np.ptp(table.values(name)))
-            floor, unit = table.known[name].floor, table.known[name].unit
-            numbers = {"extent": extent, "floor": floor, "unit": unit}
-            findings[name] = _NOTHING if extent < floor else (Kind.EXCITED, numbers)
+            channel, extent = table.known[name], float(np.ptp(table.values(name)))
+            if name in record.unexcited and extent >= channel.floor:
+                numbers = {"extent": extent, "floor": channel.floor, "unit": channel.unit}
+                findings[name] = Kind.EXCITED, numbers
+            else:
+                findings[name] = _moved(channel, record.channels.get(name, ()), table, job.scene)
     return findings
 
 
@@ -199,6 +199,8 @@ def _differing(before: Mapping[str, object], now: Mapping[str, object]) -> Findi
 
 def _moved(channel: Channel, points: Sequence[Checkpoint], table: Table, scene: Scene) -> Finding:
     """Find the first checkpoint outside its threshold, and the largest difference."""
+    if not points:  # of a constant channel, in a baseline that does not hold its value
+        return _NOTHING
     time, before, threshold = np.reshape(points, (-1, 3)).T
     at = _nearest(table, points)
     # A checkpoint's time is rounded to nine digits.
@@ -214,7 +216,7 @@ def _moved(channel: Channel, points: Sequence[Checkpoint], table: Table, scene: 
     first, largest = int(outside.argmax()), int(np.where(outside, off, 0.0).argmax())
     columns = {"time": time, "value": value, "before": before, "off": off, "threshold": threshold}
     numbers: dict[str, Any] = {key: float(column[first]) for key, column in columns.items()}
-    extent = float(max(np.ptp(curve), np.ptp(before)))
+    extent = float(np.ptp([*curve, *before]))
     shares = [scaled(float(off[n]), channel.scale_value(scene.data, extent)) for n in (first, largest)]
     numbers |= {"share": shares[0], "largest": shares[1], "peak": float(time[largest])}
     numbers["unit"] = channel.unit

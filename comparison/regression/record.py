@@ -6,7 +6,7 @@ uncertainty is small.
 
 A sample can be a checkpoint where the run is predictable, as in `comparison.verdict.compare` but by the
 uncertainty of this model alone, and where the channel is further from zero than its threshold: a force is
-zero most of the time, whatever the model does.
+zero most of the time, whatever the model does. A constant channel has one.
 
 Perturbed runs do not show where round-off alone may lead after chatter: runs from starts next to that of the
 gated run, its neighbours, count as well. On another machine round-off leads to one of them, after each
@@ -93,7 +93,7 @@ class RunRecord(_Part):
     settings: dict[str, str | bool | int | float]  # the scene's of this model, with the formulation it chose
     counters: dict[str, Count]  # of the work, and the number of contacts
     spread: dict[str, Count] = {}  # by how much they differ between neighbouring starts
-    unexcited: list[str] = []  # channels in which nothing happens: their range is below their floor
+    unexcited: list[str] = []  # channels that are constant: their range is below their floor
     unpredictable: list[str] = []  # channels without a predictable sample at which something happens
     channels: dict[str, list[Checkpoint]]
 
@@ -250,6 +250,9 @@ def record(runs: Runs, gated: Job, tier: str, neighbours: Sequence[Table] = ()) 
         candidates = np.flatnonzero(predictable[name] & (np.abs(values) > limits.k * u))
         if extent < channel.floor:
             unexcited.append(name)
+            n = int(u.argmin())
+            threshold = max(limits.k * float(u[n]), channel.floor)
+            checkpoints[name] = [_checkpoint(float(table.time[n]), float(values[n]), threshold)]
         elif not candidates.size:
             unpredictable.append(name)
         else:
@@ -269,7 +272,8 @@ def record(runs: Runs, gated: Job, tier: str, neighbours: Sequence[Table] = ()) 
 def _checkpoint(time: float, value: float, threshold: float) -> Checkpoint:
     """Keep the significant digits: of the value to a hundredth of the threshold, of the threshold two."""
     rounded = Context(prec=2, rounding=ROUND_CEILING).create_decimal(Decimal(threshold))
-    return Checkpoint(float(f"{time:.9g}"), round(value, 2 - floor(log10(threshold))), float(rounded))
+    digits = 2 - floor(log10(threshold))
+    return Checkpoint(float(f"{time:.9g}"), round(value, digits) + 0.0, float(rounded))  # without -0
 
 
 def _spread(runs: Runs, neighbours: Sequence[Table]) -> dict[str, int]:

@@ -204,8 +204,8 @@ _MESSAGES = {
     Kind.CHANNEL_GONE: "the channel {name} is in the baseline and not in the run",
     Kind.UNPREDICTABLE: "{name} has no predictable sample at which something happens",
     Kind.NO_SAMPLE: "{name} has no sample at t = {time:g} s, where the baseline has a checkpoint",
-    Kind.EXCITED: "in {name} nothing happened in the baseline, its range was below {floor:g} {unit}; now it "
-    "is {extent:.3g} {unit}",
+    Kind.EXCITED: "{name} was constant in the baseline, within {floor:g} {unit}; now its range is "
+    "{extent:.3g} {unit}",
     Kind.MOVED: "{name} at t = {time:g} s is {value:.12g} {unit}, in the baseline {before:.12g} {unit}: off "
     "by {off:.2g} {unit}, {size} of its scale, the threshold is {threshold:.2g} {unit} ({count} of {points} "
     "checkpoints are off)",
@@ -263,7 +263,7 @@ def check_message(check: Check) -> str:
 
 
 def _share(share: float) -> str:
-    return f"{100 * share:.2g}%"
+    return f"{float(f'{100 * share:.2g}'):g}%"  # 480%, not 4.8e+02%
 
 
 def gate_lines(gate: Gate) -> list[str]:

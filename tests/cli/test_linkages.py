@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from comparison.regression.record import read, write
+
 FEW = "[output]\nsamples_per_cycle = 100\n[solver.exudyn]\nstep = 2e-4\n"
 
 
@@ -26,6 +28,12 @@ def test_validate_and_gate_take_a_linkage(sixbar):
     assert "All" in sixbar(*gate).out
     sixbar.write("own.toml", f"{own}[body.ram]\nmass = 3.001\n")
     assert "bed.force at t =" in sixbar(*gate, code=1).out
+    sixbar.write("own.toml", own)
+    baseline = read(sixbar.folder / "base.toml")
+    points = baseline.scenes["own"].reference["standard"].channels["crank.omega"]  # a constant
+    points[:] = [points[0]._replace(value=-points[0].value)]
+    write(baseline, sixbar.folder / "base.toml")
+    assert "1 channel deviates, most of all crank.omega by 200% of its scale" in sixbar(*gate, code=1).out
 
 
 def test_two_corners_that_touch_at_once_are_shown(sixbar):

@@ -235,7 +235,11 @@ def test_pictures_of_tables(runs):
     page = runs.text("a-b.html")
     assert "<script" in page
     assert "src=" not in page  # one offline file
-    assert runs("animate", "a.csv", "--scene", "150rpm-0.2mm", "--out", "c.html").lines == ["c.html"]
+    runs.write("short.csv", "\n".join(runs.text("b.csv").splitlines()[:-3]))
+    ended = runs("animate", "a.csv", "short.csv", "--scene", "300rpm-0.2mm", "--out", "c.html")
+    assert ended.lines == ["c.html"]
+    for words in ("a: recorded of a scene with another drive", "only there both tables have rows"):
+        assert words in ended.err
 
 
 @pytest.mark.slow
