@@ -6,6 +6,7 @@ fixture is used. PYTEST_DONT_REWRITE
 
 from __future__ import annotations
 
+import os
 import shlex
 from collections.abc import Callable
 from contextlib import suppress
@@ -30,6 +31,17 @@ _OBTAINED = "obtained"  # folder beside an expected table, for the files of a fa
 _COMPANIONS = (".csv", ".events.csv", ".pulses.csv", ".extrema.csv", ".json", ".html")
 
 
+@dataclass(frozen=True)
+class _Session:
+    """Expected tables that tests of this session have written, and those that they failed on."""
+
+    written: set[Path] = field(default_factory=set)
+    failed: set[Path] = field(default_factory=set)
+
+
+_SESSION = pytest.StashKey[_Session]()
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the option that writes the expected tables anew."""
     group = parser.getgroup("sixbar")
@@ -47,14 +59,14 @@ def assert_agree(request: pytest.FixtureRequest) -> Callable[..., None]:
     ``assert_agree(expected, obtained, *, scene=None, mapping=None, allow_indeterminate=False, **options)``:
     the tables are paths, `comparison.tables.table.Table` or pandas data frames; the options are those of
     `comparison.verdict.channel.Criteria`. Where ``expected`` is a path and there is no file, the table is
-    written from ``obtained``, and the test fails this once; ``--sixbar-update`` writes it anew.
+    written from ``obtained``, and the test fails this once; ``--sixbar-update`` writes it anew, for the first
+    test of several. What a comparison warns of, a test that passes warns of by pytest.
     """
-    return partial(_assert_agree, request.node, bool(request.config.getoption("--sixbar-update")))
+    return partial(_assert_agree, request.node)
 
 
 def _assert_agree(
     node: pytest.Item,
-    update: bool,
     expected: Results,
     obtained: Results,
     *,
@@ -68,10 +80,12 @@ def _assert_agree(
 
     __tracebackhide__ = True  # the line to show is the test's
     arguments = {"scene": scene, "mapping": mapping, "options": options}
-    pair = _Pair(expected, obtained, arguments, node.nodeid, allow_indeterminate=allow_indeterminate)
+    pair = _Pair(expected, obtained, arguments, node, allow_indeterminate=allow_indeterminate)
+    update = bool(node.config.getoption("--sixbar-update")) and pair.expected_path not in pair.session.written
     try:
         if pair.expected_path is not None and (update or not pair.expected_path.exists()):
             pair.write_expected()
+            pair.session.written.add(pair.expected_path)
             if update:
                 return
             text = f"{pair.expected_path} was missing, and is written from {pair.labels[1]}"
@@ -90,7 +104,7 @@ class _Pair:
     expected: Results
     obtained: Results
     arguments: dict[str, Any]  # scene, mapping and options, as the test gives them
-    test: str  # its name for pytest
+    node: pytest.Item
     allow_indeterminate: bool = field(kw_only=True)
 
     @property
@@ -99,6 +113,17 @@ class _Pair:
         pairs = ((self.expected, "table expected"), (self.obtained, "table obtained"))
         first, second = (str(one) if isinstance(one, str | Path) else name for one, name in pairs)
         return first, second
+
+    @property
+    def session(self) -> _Session:
+        """Files of the tests of this session."""
+        return self.node.config.stash.setdefault(_SESSION, _Session())
+
+    @property
+    def test(self) -> str:
+        """Name of the test for pytest, as seen from the folder in which it was started."""
+        path = Path(os.path.relpath(self.node.path, self.node.config.invocation_params.dir)).as_posix()
+        return f"{path}::{self.node.nodeid.partition('::')[2]}"
 
     @property
     def expected_path(self) -> Path | None:
@@ -157,6 +182,8 @@ class _Pair:
             return "\n".join([f"cannot compare: {error}", *self.write_obtained(None)])
         if self.passes(result):
             self.remove_obtained()
+            for warning in result.warnings:
+                self.node.warn(UserWarning(f"{' and '.join(self.labels)}: {warning}"))
             return ""
         on = "" if result.scene is None else f" on scene {result.name!r}"
         lines = [f"{' and '.join(self.labels)}{on}: {result.verdict}: {why(result)}"]
@@ -174,8 +201,9 @@ class _Pair:
         from comparison.report.page import origin, render
         from comparison.tables.table import TableError
 
-        if self.obtained_path is None:
+        if self.expected_path is None or self.obtained_path is None:
             return []
+        self.session.failed.add(self.expected_path)
         try:
             self.source  # noqa: B018
         except TableError:  # cannot be read, which the message says already
@@ -194,8 +222,10 @@ class _Pair:
         return [*lines, f"  to accept it: pytest --sixbar-update {shlex.quote(self.test)}"]
 
     def remove_obtained(self) -> None:
-        """Remove the files of an earlier failure."""
+        """Remove the files of a failure before this session."""
         if self.obtained_path is None or not self.obtained_path.parent.is_dir():
+            return
+        if self.expected_path in self.session.failed:
             return
         for end in _COMPANIONS:
             with suppress(OSError):

@@ -51,7 +51,8 @@ class Comparison:
         bool, console.option(None, "The tolerance is in each channel's unit instead.", "--absolute")
     ] = False
     share: Annotated[
-        float, console.option("X", "Share of the samples that must be within the tolerance.")
+        float,
+        console.option("X", "Share of the samples that must be within; where both are zero none counts."),
     ] = 1.0
     time_tolerance: Annotated[
         float | None, console.option("SECONDS", "Time by which either table may be early or late; default 0.")

@@ -219,6 +219,8 @@ def plot(
         raise typer.BadParameter("--channels needs at least one name, see `sixbar channels`")
     if len(names) > MOST_CHANNELS:
         raise typer.BadParameter(f"--channels names {len(names)}; at most {MOST_CHANNELS} fit in a picture")
+    if start is not None and end is not None and start >= end:
+        raise typer.BadParameter(f"--from {start:g} must be before --to {end:g}")
     write_picture(picture(_read(tables, names), names, start=start, end=end), path)
     say(str(path))
     return 0

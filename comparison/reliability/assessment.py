@@ -76,8 +76,8 @@ class Assessment:
     ``cycles`` how many went into each; mean and deviation those of the error over time, or of its size, as
     the scene says; ``index`` is beta of Eq. 35, ``contributions``, by bin, those of each cycle and phase to
     it, shape (cycles, `PHASES`), whose scatter gives its interval; ``worst`` the first bin with the smallest
-    reliability, to round-off; ``cap`` the reliability of a mechanism without error; ``within`` P(|e| <= upper
-    limit), as a share of the time.
+    reliability, to round-off; ``cap`` the reliability of a mechanism without error; ``within`` the share
+    of the time in which it is within the limits.
     """
 
     limits: Limits
@@ -138,9 +138,9 @@ def _assess(quantity: str, channel: str, errors: SliderErrors, settings: Setting
     width, count = np.diff(edges), min(settings.bins, edges.size - 1)
 
     def averaged(signed: Array) -> Array:
-        sizes = np.abs(signed)
-        stress = sizes if settings.errors == "absolute" else signed
-        return np.array([stress, signed**2, sizes <= limits.upper], dtype=np.float64)
+        stress = np.abs(signed) if settings.errors == "absolute" else signed
+        within = (limits.lower <= stress) & (stress <= limits.upper)
+        return np.array([stress, signed**2, within], dtype=np.float64)
 
     averages = integrals(time, averaged(signed), edges) / width
     averages[2] = np.clip(averages[2], 0.0, 1.0)  # round-off leaves the range

@@ -21,7 +21,7 @@ from comparison.reliability.assessment import (
     assess,
     compare_reliability,
 )
-from comparison.reliability.errors import QUANTITIES, slider_errors
+from comparison.reliability.errors import QUANTITIES, part_edges, slider_errors
 from comparison.scene import Reliability, Scene, as_scene, load_scene
 from comparison.scene.loading import BASE
 from comparison.scene.schema import Positive, Real
@@ -79,7 +79,8 @@ def reliability(
 ) -> TableReliability:
     """Compute how reliably the slider follows the ideal mechanism, by the paper's Eqs. 34-37.
 
-    Errors are those at equal time, from t = 0 s to the end of the shortest table. Intervals (95 %) hold what
+    Errors are those at equal time, from t = 0 s to the end of the shortest table's last whole interval of the
+    crank cycle (of less than a cycle: to its end). Intervals (95 %) hold what
     other cycles leave open; a table whose samples leave more than a tenth of `MARGIN` open is warned of.
 
     Parameters
@@ -146,7 +147,7 @@ def reliability(
         for end, value in zip(("lower", "upper"), both, strict=True)
     }
     settings = source.with_values(values).reliability
-    tables, notes = _cut_to_shortest(tables, names, cycle, cycle / settings.bins)
+    tables, notes = _cut_to_shortest(tables, names, cycle, settings.bins)
     warnings += notes
 
     def assessed(part: str, table: Table, ideal: Table) -> dict[str, Assessment]:
@@ -207,11 +208,14 @@ def _conditions(
 
 
 def _cut_to_shortest(
-    tables: Pairs[str, Table], names: Pairs[str, str], cycle: float, interval: float
+    tables: Pairs[str, Table], names: Pairs[str, str], cycle: float, bins: int
 ) -> tuple[dict[str, Table], tuple[str, ...]]:
     """Return the tables up to the end of the shortest, with a warning for what is left out or missing."""
     end, last = min((float(table.time[-1]), names[part]) for part, table in tables.items())
-    cuts, warnings = {}, []
+    cuts, warnings, interval = {}, [], cycle / bins
+    if (left := end - part_edges(end, cycle, bins)[-1]) > SAME_GRID * cycle:
+        part = f"an unfinished one of the {bins} intervals of the crank cycle"
+        warnings.append(f"{last}: its last {left:.3g} s, {part}, do not count")
     for part, table in tables.items():
         if not np.diff(table.time).mean() <= interval <= (1 + SAME_GRID) * end:
             rule = f"must hold a sample and be within the {end:g} s that count"

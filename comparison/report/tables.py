@@ -216,9 +216,9 @@ def reliability_tables(scene: SceneComparison) -> tuple[Table | None, Table | No
             ("Smallest reliability R", "at", ", ".join(dict.fromkeys(at))),
             ("Difference of R", "value", number(difference.minimum, 2)),
             ("Difference of R", "±", half),
-            ("Smallest P(|error| ≤ limit)", a, f"{difference.a.within.min():.3f}"),
-            ("Smallest P(|error| ≤ limit)", b, f"{difference.b.within.min():.3f}"),
-            ("Smallest P(|error| ≤ limit)", "at", ", ".join(dict.fromkeys(at_within))),
+            ("Smallest P(within the limits)", a, f"{difference.a.within.min():.3f}"),
+            ("Smallest P(within the limits)", b, f"{difference.b.within.min():.3f}"),
+            ("Smallest P(within the limits)", "at", ", ".join(dict.fromkeys(at_within))),
             ("R over the crank cycle", "", _curves(difference)),
         ]
         largest = [quantity(float(np.abs(model.mean).max()), model.unit, 3) for model in models]

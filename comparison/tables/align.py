@@ -100,6 +100,8 @@ def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel]) -> Shi
     uncertainty is two standard errors by the delete-one jackknife over blocks of time (Kuensch 1989),
     whatever the correlation of the differences within a block.
     """
+    # Next to late times, of coarse rounding, small shifts would be lost.
+    rounding, time = float(np.spacing(np.abs(time).max())), time - time[0]
     group = "motion" if any(known[name].group == "motion" for name in a) else "own"
     ranges = {name: (np.ptp(a[name]), np.ptp(b[name])) for name in a if known[name].group == group}
     moving = [name for name, both in ranges.items() if min(both) >= known[name].floor]
@@ -144,7 +146,7 @@ def estimate(time: Array, a: Side, b: Side, known: Mapping[str, Channel]) -> Shi
             break
     without_block = [_solve(whole - sums[..., block], weights)[0] for block in range(_BLOCKS)]
     spread = float(np.sqrt((_BLOCKS - 1) * np.var(without_block)))
-    uncertainty = max(2 * spread, abs(step), SAME_GRID * interval)
+    uncertainty = max(2 * spread, abs(step), SAME_GRID * interval, rounding)
     if not np.isfinite(lag) or not uncertainty < 0.05 * np.ptp(time):
         return Shift(reason="the motion is too uniform, or the difference too irregular")
     return Shift(float(lag), uncertainty)

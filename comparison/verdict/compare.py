@@ -366,9 +366,10 @@ def _interpolation_warnings(
             when, size = instant(time[at], time[at - 1], time[at + 1]), f"{apart[at]:.3g} {result.unit}"
             outstanding.append((apart[at] / (result.scale or 1.0), f"{name} at t = {when} s by {size}"))
     if outstanding:
+        where = f"{len(outstanding)} channels" if len(outstanding) > 1 else "1 channel"
         warnings += (
             f"{label}: samples between the compared times are not judged; some stand out from their "
-            f"neighbours by more than the tolerance, in {len(outstanding)} channels, most of all "
+            f"neighbours by more than the tolerance, in {where}, most of all "
             f"{max(outstanding, key=lambda one: one[0])[1].rstrip()}",
         )
     return warnings

@@ -31,7 +31,7 @@ def test_validate_and_gate_take_a_linkage(sixbar):
     sixbar.write("own.toml", own)
     baseline = read(sixbar.folder / "base.toml")
     points = baseline.scenes["own"].reference["standard"].channels["crank.omega"]  # a constant
-    points[:] = [points[0]._replace(value=-points[0].value)]
+    points[0] = points[0]._replace(value=-points[0].value)
     write(baseline, sixbar.folder / "base.toml")
     assert "1 channel deviates, most of all crank.omega by 200% of its scale" in sixbar(*gate, code=1).out
 

@@ -96,6 +96,29 @@ def test_what_is_accepted_has_all_files_of_what_was_obtained(pytester):
             assert accepted.is_file(), path.name
 
 
+SHARED = """
+import pandas as pd, pytest
+@pytest.mark.parametrize("size", [1.0, 1.1, 1.0])
+def test(assert_agree, size):
+    rows = range(0, 41, 2) if size == 1.0 else range(41)  # a peak between them would not be judged
+    table = pd.DataFrame({"time": [n * 0.1 for n in rows], "force": [size * n % 7.0 for n in rows]})
+    assert_agree("../tables/shared.csv", table, tolerance=1e-3)
+"""
+
+
+def test_what_a_passing_test_warns_of_and_a_table_of_several_tests(pytester, monkeypatch):
+    rows = "".join(f"{n * 0.1},{n % 7.0 + 99.0 * (n == 21)}\n" for n in range(41))
+    (pytester.mkdir("tables") / "shared.csv").write_text(f"time,force\n{rows}")
+    (pytester.mkdir("below") / "test_shared.py").write_text(SHARED)
+    pytester.makeini("[pytest]")
+    monkeypatch.chdir("below")
+    output = run(pytester, "-W", "default", passed=2, failed=1, warnings=6)
+    assert "samples between the compared times are not judged; some stand out from their neighbours" in output
+    assert "to accept it: pytest --sixbar-update 'test_shared.py::test[1.1]'" in output
+    assert (pytester.path / "tables" / "obtained" / "shared.csv").exists()  # one of its tests still fails
+    run(pytester, "-W", "default", "--sixbar-update", passed=2, failed=1)  # the first test writes it
+
+
 def test_the_version_is_the_same_where_it_stands():
     version = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["version"]
     assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text("utf-8")

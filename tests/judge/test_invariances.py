@@ -9,6 +9,7 @@ import pytest
 from by_keywords import compare_recorded
 from judged_runs import CASES, changed_scene, compared, each, random_tables
 
+import sixbar
 from comparison.tables.table import Table
 from comparison.verdict.recorded import ProgramRuns
 from comparison.words.verdicts import scene_reason
@@ -100,6 +101,9 @@ def test_late_times_that_two_programs_count_differently_are_the_same_grid(offset
     assert result.verdict == "agree"
     # At the largest error: 2e-6.
     assert result.channels["slider_y"].max_difference == pytest.approx(2e-6, rel=1e-6)
+    one = pd.DataFrame({"time": time, "x": np.sin(6 * steps), "z": np.cos(5 * steps)})
+    shift = sixbar.compare(one, one.assign(z=one["z"] + 0.3 * (steps > 0.4)), tolerance=1e-3).shift
+    assert not shift.significant  # of a channel that jumps beside one that is the same
 
 
 # Angles

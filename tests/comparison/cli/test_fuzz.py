@@ -1,11 +1,9 @@
 """Any input: a verdict or one line on stderr, never a traceback, an internal error or a raw escape.
 
-The number of examples of each test is HYPOTHESIS_EXAMPLES, else 300, a third of it where tables are compared
-and a page is written. A failure prints what reproduces it.
+HYPOTHESIS_EXAMPLES is the number of examples of each test (300), a third of it where a page is written.
 """
 
 import os
-from collections import Counter
 from importlib.resources import files
 from pathlib import Path
 
@@ -28,19 +26,10 @@ many = settings(
 costly = settings(many, max_examples=EXAMPLES // 3)
 
 
-@pytest.fixture(scope="module")
-def codes(request):
-    tried = Counter()
-    yield tried
-    with request.config.pluginmanager.getplugin("capturemanager").global_and_fixture_disabled():
-        print(f"\n{tried.total()} fuzzed inputs by their exit codes: {dict(tried)}")  # noqa: T201
-
-
 @pytest.fixture
-def held(codes, capsys):
+def held(capsys):
     def run(*arguments):
         code = main([*arguments])
-        codes[code] += 1
         said = capsys.readouterr()
         assert code in (0, 1, 2, 3), (code, said.err)
         assert not [
