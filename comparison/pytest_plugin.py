@@ -33,7 +33,7 @@ _COMPANIONS = (".csv", ".events.csv", ".pulses.csv", ".extrema.csv", ".json", ".
 
 @dataclass(frozen=True)
 class _Session:
-    """Expected tables that tests of this session have written, and those that they failed on."""
+    """Absolute paths of expected tables that tests of this session have written, or failed on."""
 
     written: set[Path] = field(default_factory=set)
     failed: set[Path] = field(default_factory=set)
@@ -59,8 +59,8 @@ def assert_agree(request: pytest.FixtureRequest) -> Callable[..., None]:
     ``assert_agree(expected, obtained, *, scene=None, mapping=None, allow_indeterminate=False, **options)``:
     the tables are paths, `comparison.tables.table.Table` or pandas data frames; the options are those of
     `comparison.verdict.channel.Criteria`. Where ``expected`` is a path and there is no file, the table is
-    written from ``obtained``, and the test fails this once; ``--sixbar-update`` writes it anew, for the first
-    test of several. What a comparison warns of, a test that passes warns of by pytest.
+    written from ``obtained``, and the test fails this once; ``--sixbar-update`` writes it anew, by the first
+    of several tests. Warnings of the comparison are those of pytest where the test passes.
     """
     return partial(_assert_agree, request.node)
 
@@ -81,11 +81,11 @@ def _assert_agree(
     __tracebackhide__ = True  # the line to show is the test's
     arguments = {"scene": scene, "mapping": mapping, "options": options}
     pair = _Pair(expected, obtained, arguments, node, allow_indeterminate=allow_indeterminate)
-    update = bool(node.config.getoption("--sixbar-update")) and pair.expected_path not in pair.session.written
+    update = bool(node.config.getoption("--sixbar-update")) and pair.key not in pair.session.written
     try:
         if pair.expected_path is not None and (update or not pair.expected_path.exists()):
             pair.write_expected()
-            pair.session.written.add(pair.expected_path)
+            pair.session.written.add(pair.expected_path.resolve())
             if update:
                 return
             text = f"{pair.expected_path} was missing, and is written from {pair.labels[1]}"
@@ -130,6 +130,11 @@ class _Pair:
         """Path of the expected table; None if it cannot be written."""
         path = Path(self.expected) if isinstance(self.expected, str | Path) else None
         return path if path and path.suffix.lower() in _WRITABLE else None
+
+    @property
+    def key(self) -> Path | None:
+        """Path of the expected table wherever the test is."""
+        return self.expected_path and self.expected_path.resolve()
 
     @property
     def obtained_path(self) -> Path | None:
@@ -203,7 +208,7 @@ class _Pair:
 
         if self.expected_path is None or self.obtained_path is None:
             return []
-        self.session.failed.add(self.expected_path)
+        self.session.failed.add(self.expected_path.resolve())
         try:
             self.source  # noqa: B018
         except TableError:  # cannot be read, which the message says already
@@ -219,13 +224,15 @@ class _Pair:
             return [f"  obtained: {error}"]
         if result is not None and result.verdict == "indeterminate":  # an update would be refused
             return lines
+        if self.key in self.session.written:
+            return [*lines, "  another test of this session wrote the expected table"]
         return [*lines, f"  to accept it: pytest --sixbar-update {shlex.quote(self.test)}"]
 
     def remove_obtained(self) -> None:
         """Remove the files of a failure before this session."""
         if self.obtained_path is None or not self.obtained_path.parent.is_dir():
             return
-        if self.expected_path in self.session.failed:
+        if self.key in self.session.failed:
             return
         for end in _COMPANIONS:
             with suppress(OSError):

@@ -52,7 +52,9 @@ class Comparison:
     ] = False
     share: Annotated[
         float,
-        console.option("X", "Share of the samples that must be within; where both are zero none counts."),
+        console.option(
+            "X", "Share of the samples that must be within; those exactly zero in both do not count."
+        ),
     ] = 1.0
     time_tolerance: Annotated[
         float | None, console.option("SECONDS", "Time by which either table may be early or late; default 0.")

@@ -250,15 +250,19 @@ def animate(
     if known is None:
         raise TableError(f"{label}: no valid scene is recorded beside the table; name it by --scene")
     known.require_press("the animation")
-    for name, table in read.items() if scene is not None else ():
-        recorded = table.scene.data if table.scene is not None else known.data
-        other = [part for part in ("mechanism", "drive", "clearance") if recorded[part] != known.data[part]]
+    for name, table in read.items():
+        recorded = known.data if table.scene is None else table.scene.data
+        other = [part for part in ("mechanism", "clearance") if recorded.get(part) != known.data[part]]
+        other += ["speed"] * (recorded["drive"].get("speed_rpm") != known.data["drive"]["speed_rpm"])
         warn([f"{name}: recorded of a scene with another {part}" for part in other])
     times = [table.time for table in read.values()]
     (early, late), start, end = slacks(*times), max(t[0] for t in times), min(t[-1] for t in times)
+    if start >= end:
+        raise TableError(f"{' and '.join(read)}: have no common time")
     if any(t[0] < start - early or t[-1] > end + late for t in times):
-        read[label] = cut(first, start, end)
         warn([f"drawn from {start:g} to {end:g} s: only there both tables have rows"])
+    if first.time[0] < start - early or first.time[-1] > end + late:
+        read[label] = cut(first, start, end)
     title = f"Animation of {' and '.join(read)}"
     say(str(write_animation(read, known.data, path, title=title, command=command)))
     return 0

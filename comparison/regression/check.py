@@ -103,6 +103,7 @@ class Gate:
     versions: dict[str, tuple[str | None, str | None]]  # the same of libraries, None without it
     excused: list[Excused]  # runs with thresholds too small
     rewritten: list[str]  # scenes whose numbers are not those of the baseline
+    valueless: int  # constant channels without a value in the baseline
 
     @property
     def regressions(self) -> list[Check]:
@@ -155,7 +156,8 @@ def gate(
                 findings = _changes(records[key], jobs[key], table, exact=not (platform or changed))
             checks += [Check(*key, name, *deviation) for name, deviation in findings.items()]
     rewritten = [scene.name for scene in common if physics_hash(scene) != known[scene.name].hash]
-    return Gate(checks, platform, changed, excused, rewritten)
+    valueless = sum(len({*run.unexcited} - run.channels.keys()) for run in stored.values())
+    return Gate(checks, platform, changed, excused, rewritten, valueless)
 
 
 def _changes(record: RunRecord, job: Job, table: Table, *, exact: bool) -> dict[str, Finding]:
@@ -216,7 +218,8 @@ def _moved(channel: Channel, points: Sequence[Checkpoint], table: Table, scene: 
     first, largest = int(outside.argmax()), int(np.where(outside, off, 0.0).argmax())
     columns = {"time": time, "value": value, "before": before, "off": off, "threshold": threshold}
     numbers: dict[str, Any] = {key: float(column[first]) for key, column in columns.items()}
-    extent = float(np.ptp([*curve, *before]))
+    # A constant has one checkpoint, and no range.
+    extent = float(max(np.ptp([*curve, *before]), abs(before[0]) * (len(points) == 1)))
     shares = [scaled(float(off[n]), channel.scale_value(scene.data, extent)) for n in (first, largest)]
     numbers |= {"share": shares[0], "largest": shares[1], "peak": float(time[largest])}
     numbers["unit"] = channel.unit
@@ -239,7 +242,7 @@ def _excuse(
 
     def off(record: RunRecord, job: Job, table: Table) -> set[str]:
         findings = _changes(record, job, table, exact=False)
-        return {name for name in record.channels if findings[name] != _NOTHING}
+        return {name for name in record.channels if findings[name][0] is Kind.MOVED}
 
     doubted = {
         key: (jobs[key], table, neighbours(jobs[key], key[1][1], CONFIRMING))

@@ -77,7 +77,7 @@ class Assessment:
     the scene says; ``index`` is beta of Eq. 35, ``contributions``, by bin, those of each cycle and phase to
     it, shape (cycles, `PHASES`), whose scatter gives its interval; ``worst`` the first bin with the smallest
     reliability, to round-off; ``cap`` the reliability of a mechanism without error; ``within`` the share
-    of the time in which it is within the limits.
+    of the time in which the error, or its size, is within the limits.
     """
 
     limits: Limits

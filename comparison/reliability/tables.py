@@ -214,8 +214,8 @@ def _cut_to_shortest(
     end, last = min((float(table.time[-1]), names[part]) for part, table in tables.items())
     cuts, warnings, interval = {}, [], cycle / bins
     if (left := end - part_edges(end, cycle, bins)[-1]) > SAME_GRID * cycle:
-        part = f"an unfinished one of the {bins} intervals of the crank cycle"
-        warnings.append(f"{last}: its last {left:.3g} s, {part}, do not count")
+        rule = f"they do not fill one of the {bins} intervals of the crank cycle"
+        warnings.append(f"{last}: its last {left:.3g} s do not count: {rule}")
     for part, table in tables.items():
         if not np.diff(table.time).mean() <= interval <= (1 + SAME_GRID) * end:
             rule = f"must hold a sample and be within the {end:g} s that count"

@@ -264,12 +264,16 @@ def unwound(table: Table, like: Table) -> Table:
 
 
 def cut(table: Table, start: float, end: float) -> Table:
-    """Return the rows of a span of time (s), and the contacts that reach into it, without their pulses."""
+    """Return the rows of a span of time (s), and the contacts that reach into it with their pulses."""
     frame = table.frame[(table.time >= start) & (table.time <= end)].reset_index(drop=True)
-    events = table.events
+    events, pulses = table.events, table.pulses
     if events is not None:
-        events = events[(events["end"] >= start) & (events["start"] <= end)].reset_index(drop=True)
-    return replace(table, frame=frame, events=events, pulses=None)
+        inside = ((events["end"] >= start) & (events["start"] <= end)).to_numpy()
+        events = events[inside].reset_index(drop=True)
+        if pulses is not None:
+            pulses = {name: values[inside[pulses["row"]]] for name, values in pulses.items()}
+            pulses["row"] = (np.cumsum(inside) - 1)[pulses["row"]]
+    return replace(table, frame=frame, events=events, pulses=pulses)
 
 
 def continuous(values: Array, channel: Channel) -> Array:

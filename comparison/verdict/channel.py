@@ -43,7 +43,7 @@ class Criteria(Options, Compare):
     absolute: bool = False
     """Whether tolerances are in the channels' units instead of shares of their scales."""
     share: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)] = 1.0
-    """Share of the samples that must be within the tolerance."""
+    """Share of the samples, those exactly zero in both tables left out, that must be within the tolerance."""
     time_tolerance: NotNegative = 0.0
     """Time, s, by which either may be early or late, though neither may lack what the other has."""
     gate: dict[str, Real] = Field(default={})
@@ -200,7 +200,7 @@ def _by_samples(channel: ChannelComparison, settled: int, *, demanded: bool) -> 
         worst = int(np.where(judged, channel.size / divisor, -1.0).argmax())
         judgement |= {"explained": explained, "worst": worst, "worst_threshold": float(threshold[worst])}
     where = differs(channel.predictable, channel.nonzero, channel.beyond, limits)
-    where = where[-1:] if fixed else where[:settled]  # the share that a user states is of all samples
+    where = where[-1:] if fixed else where[:settled]  # the share that a user states is of the whole table
     verdict = "indeterminate"
     if threshold is None:
         basis = Basis.ERROR if channel.definition.unscaled else Basis.NO_LIMIT

@@ -139,7 +139,7 @@ def test_the_scene_of_a_run_gives_limits_and_period(sixbar):
     ("rows", "code", "said"),
     [
         (slice(501), 3, "only its first 0.5 s count, where ideal.csv ends"),
-        (slice(521), 3, "ideal.csv: its last 0.02 s, an unfinished one of the 10 intervals"),
+        (slice(521), 3, "ideal.csv: its last 0.02 s do not count: they do not fill one of the 10 intervals"),
         (slice(None, None, 40), 3, "ideal.csv: too few samples"),
         (
             [*range(300), *range(350, 1001)],
