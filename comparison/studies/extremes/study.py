@@ -27,6 +27,7 @@ from comparison.scene import Scene, SceneError, load_scene
 from comparison.studies.extremes.runs import BASE, CUT_OFF, LIMIT, PairRun, both, run_pairs
 from comparison.studies.shared.scenes import FULL, MINIMAL, MULTIPLIERS, TREE
 from comparison.studies.shared.study import Study, markdown, part, write_csv
+from comparison.verdict.validate import validate
 
 PAIRS: dict[str, dict[str, object]] = {
     "smallest": {**MINIMAL.changes, **TREE.changes},
@@ -162,7 +163,7 @@ FORMULATIONS = {
 """Formulations that run in a pair."""
 _SIDE = ("status", "message", "steps", "contacts", "steps_per_contact", "constraint_m")
 COLUMNS = (
-    *("axis", "value", "law", "pair", "class", "coverage", "apart_m", "reason"),
+    *("axis", "value", "law", "pair", "class", "tight", "coverage", "apart_m", "reason"),
     *(f"{model}_{name}" for model in MODELS for name in _SIDE),
     *("speed_rpm", "modulus_Pa", "scene"),
 )
@@ -205,8 +206,25 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> pd.Dat
         done = len(rows), len(rows) + len(some)
         share = part(on_progress, *(count / len(runs) for count in done))
         rows |= zip(some, run_pairs(list(some.values()), n_jobs, share), strict=True)
+    for number in [number for number in tasks if classify(rows[number]) is Class.DIFFER]:
+        rows[number] |= _refined(tasks[number].scene, n_jobs)
     table = [_columns(cell, pair, rows[number]) for number, (cell, pair) in enumerate(runs)]
     return pd.DataFrame(table, columns=list(COLUMNS))
+
+
+def _refined(scene: Scene, n_jobs: int) -> Row:
+    """Return the verdicts of `validate` on models that differ without refinement; empty where runs fail."""
+    (validation,) = validate(scene, n_jobs=n_jobs)
+    result = validation.comparison
+    if result.verdict == "cannot compare" or result.tight is None:
+        return {}
+    return {
+        "tight": result.tight.verdict,
+        "verdict": result.verdict,
+        "reason": ", ".join(channel.channel for channel in result.with_verdict(result.verdict)),
+        "coverage": result.coverage,
+        "apart_m": result.channels["slider_x"].largest_predictable,
+    }
 
 
 def _columns(cell: Cell, pair: str, row: Row) -> dict[str, Any]:
@@ -217,6 +235,7 @@ def _columns(cell: Cell, pair: str, row: Row) -> dict[str, Any]:
         "law": cell.law,
         "pair": pair,
         "class": str(classify(row)),
+        "tight": row.get("tight", ""),
         **{name: row[name] for name in ("coverage", "apart_m", "reason")},
         **sides,
         "speed_rpm": cell.changes.get("drive.speed_rpm"),
@@ -248,7 +267,6 @@ def page(runs: pd.DataFrame) -> Mapping[str, object]:
         ended = own[~own["status"].isin([SUCCESS, CUT_OFF, "bad input"])]
         stops.append(ended[[*columns, "status"]].assign(formulation=name))
     stopped = pd.concat(stops)
-    single = runs[(runs["law"] == USUAL) & (runs["axis"] != HYPERCUBE)]
     alone = stopped[(stopped["law"] == USUAL) & (stopped["axis"] != HYPERCUBE)]
     there = [kind for kind in Class if kind in set(runs["class"])]
     return {
@@ -264,7 +282,8 @@ def page(runs: pd.DataFrame) -> Mapping[str, object]:
         "classes": counted(runs, ["pair", "law"], "class", there),
         "stops": counted(stopped, ["formulation"], "status") if len(stopped) else "None did.",
         "differ": "; ".join(
-            f"{pair}: {where(mine)}" for pair, mine in single[single["class"] == Class.DIFFER].groupby("pair")
+            f"{pair}, {law}: {where(mine)} (at the tight tier: {', '.join(dict.fromkeys(mine['tight']))})"
+            for (pair, law), mine in runs[runs["class"] == Class.DIFFER].groupby(["pair", "law"])
         ),
     }
 
@@ -309,7 +328,7 @@ def _draw_axes(runs: pd.DataFrame, path: Path) -> None:
             for run in mine.to_dict("records"):
                 x, y = values.index(run["at"]), list(_STRIPS).index(run["pair"])
                 axes.barh(y, 0.94, 0.88, x - 0.47, color=_COLOURS[run["class"]], alpha=0.75)
-            axes.set_xticks(range(len(values)), map(_short, values), size=7)
+            axes.set_xticks(range(len(values)), map(_short, values), size=6)
             axes.set_yticks(range(len(_STRIPS)), list(_STRIPS.values()), size=7)
             axes.set_title(f"{axis} ({UNITS.get(str(axis), '1')})", size=8, loc="left", pad=3)
             axes.set(xlim=(-0.5, 7.5), ylim=(1.5, -0.5))
@@ -324,7 +343,10 @@ def _draw_axes(runs: pd.DataFrame, path: Path) -> None:
 def _short(value: float) -> str:
     """Return a value as short as it can be: a power of ten where it is one outside 0.1 to 1000."""
     tenth = log10(value) if value > 0 else 0.5
-    return decade(value) if tenth == round(tenth) and not -1 <= tenth <= 3 else f"{value:g}".replace("-", "−")
+    if tenth == round(tenth) and not -1 <= tenth <= 3:
+        return decade(value)
+    head, _, exponent = f"{value:g}".replace("-", "−").partition("e")
+    return f"{head}·{decade(10.0 ** int(exponent.replace('−', '-')))}" if exponent else head
 
 
 def _draw_hypercube(runs: pd.DataFrame, path: Path) -> None:
