@@ -113,7 +113,7 @@ ROUND_TRIPS = {
 }
 
 
-@pytest.mark.filterwarnings("default:.*no unit is stated")
+@pytest.mark.filterwarnings("ignore:.*no unit is stated")
 @pytest.mark.parametrize("kind", ROUND_TRIPS)
 @pytest.mark.parametrize("end", ["csv", "parquet"])
 def test_a_written_expected_table_is_accepted_by_the_next_test(kind, end, assert_agree, tmp_path):
