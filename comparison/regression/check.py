@@ -218,8 +218,9 @@ def _moved(channel: Channel, points: Sequence[Checkpoint], table: Table, scene: 
     first, largest = int(outside.argmax()), int(np.where(outside, off, 0.0).argmax())
     columns = {"time": time, "value": value, "before": before, "off": off, "threshold": threshold}
     numbers: dict[str, Any] = {key: float(column[first]) for key, column in columns.items()}
-    # A constant has one checkpoint, and no range.
-    extent = float(max(np.ptp([*curve, *before]), abs(before[0]) * (len(points) == 1)))
+    extent = float(np.ptp([*curve, *before]))
+    if np.ptp(curve) < channel.floor:  # a constant has no range
+        extent = max(extent, float(np.abs(before).max()))
     shares = [scaled(float(off[n]), channel.scale_value(scene.data, extent)) for n in (first, largest)]
     numbers |= {"share": shares[0], "largest": shares[1], "peak": float(time[largest])}
     numbers["unit"] = channel.unit

@@ -315,7 +315,7 @@ def gate_notes(gate: Gate) -> list[str]:
             f"runs from neighbouring starts do here; {'its' if one else 'their'} thresholds are too small"
         )
     if gate.valueless:
-        remarks.append(f"it has no value of {gate.valueless} constant channels: gate --update records them")
+        remarks.append(f"values of constant channels that it lacks: {gate.valueless}; --update records them")
     if gate.rewritten:
         one, names = len(gate.rewritten) == 1, ", ".join(map(repr, gate.rewritten))
         numbers = "scene {}: its numbers" if one else "scenes {}: their numbers"

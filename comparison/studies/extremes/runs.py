@@ -27,6 +27,7 @@ from comparison.scene import Scene, load_scene
 from comparison.tables.table import Table
 from comparison.verdict.compare import compare
 from comparison.verdict.confirmation import confirm
+from comparison.verdict.results import SceneComparison
 
 BASE = "150rpm-0.2mm"
 """The scene that all cells change, and an ordinary one to compile kernels with."""
@@ -154,10 +155,14 @@ def _judged(scene: Scene, bases: dict[str, Outcome], end: float) -> Row:
     runs = runs_by_model(scene, (first, second), outcomes)
     result = compare(*runs, scene=scene, labels=(first, second))
     result = confirm(result, runs, scene=scene, models=(first, second), run=ensemble)
-    x = result.channels["slider_x"]
+    return verdict_of(result)
+
+
+def verdict_of(result: SceneComparison) -> Row:
+    """Return the part of a row that a comparison gives."""
     return {
         "verdict": result.verdict,
         "reason": ", ".join(channel.channel for channel in result.with_verdict(result.verdict)),
         "coverage": result.coverage,
-        "apart_m": _number(x.largest_predictable),
+        "apart_m": _number(result.channels["slider_x"].largest_predictable),
     }

@@ -24,7 +24,7 @@ from comparison.formatting import decade
 from comparison.models import MODELS
 from comparison.report import svg
 from comparison.scene import Scene, SceneError, load_scene
-from comparison.studies.extremes.runs import BASE, CUT_OFF, LIMIT, PairRun, both, run_pairs
+from comparison.studies.extremes.runs import BASE, CUT_OFF, LIMIT, PairRun, both, run_pairs, verdict_of
 from comparison.studies.shared.scenes import FULL, MINIMAL, MULTIPLIERS, TREE
 from comparison.studies.shared.study import Study, markdown, part, write_csv
 from comparison.verdict.validate import validate
@@ -218,13 +218,7 @@ def _refined(scene: Scene, n_jobs: int) -> Row:
     result = validation.comparison
     if result.verdict == "cannot compare" or result.tight is None:
         return {}
-    return {
-        "tight": result.tight.verdict,
-        "verdict": result.verdict,
-        "reason": ", ".join(channel.channel for channel in result.with_verdict(result.verdict)),
-        "coverage": result.coverage,
-        "apart_m": result.channels["slider_x"].largest_predictable,
-    }
+    return verdict_of(result) | {"tight": result.tight.verdict}
 
 
 def _columns(cell: Cell, pair: str, row: Row) -> dict[str, Any]:
@@ -272,6 +266,7 @@ def page(runs: pd.DataFrame) -> Mapping[str, object]:
     return {
         "runs": runs,
         "count": {kind: int((runs["class"] == kind).sum()) for kind in Class},
+        "numerical": int(((runs["class"] == Class.DIFFER) & (runs["tight"] == "agree")).sum()),
         "law": USUAL,
         "stopped": "; ".join(
             f"{name} ({where(alone[alone['formulation'] == name]) or 'nowhere'})"

@@ -91,7 +91,7 @@ def test_counters_are_exact_on_the_same_machine_and_within_5_percent_elsewhere(c
     assert share == pytest.approx(100 * off / 2e-4, rel=0.05)  # of the clearance
 
 
-def test_what_only_one_side_has_is_a_regression():
+def test_what_only_one_side_has_is_a_regression(capsys):
     """A channel, a run, a setting, a sample; and a channel in which nothing happened."""
     run = "^(counters.*\\n)((?:.*\\n)*?)"
     for pattern, by in (
@@ -103,6 +103,7 @@ def test_what_only_one_side_has_is_a_regression():
     ):
         edit(pattern, by)
     assert gate() == 1
+    assert "values of constant channels that it lacks: 1; " in capsys.readouterr().out
     found = checks()
     for (run, item), said in {
         ("reference tight", "slider_x"): "was constant in the baseline, within 1e-12 m; now its range",

@@ -247,6 +247,12 @@ def test_an_envelope_keeps_both_ends_and_the_extrema_of_every_column():
     assert values[svg.upper_envelope(values, 50)].tolist() == columns.max(axis=1).tolist()
 
 
+def test_shades_cover_their_samples_and_are_as_wide_as_a_column():
+    mask = np.isin(np.arange(11), [0, 4, 5, 9])
+    assert svg.spans(mask, np.arange(11.0), 5) == [(0.0, 1.25), (3.5, 5.5), (8.0, 10.0)]
+    assert svg.spans(mask, np.arange(11.0), 4) == [(0.0, 1.5), (3.25, 5.75), (7.75, 10.0)]
+
+
 @pytest.mark.usefixtures("elsewhere")
 def test_a_table_s_name_is_shown_as_it_is(make_table, capsys):
     """A dollar sign begins mathematics in a label, and an underline what a legend leaves out."""

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from comparison.scene import load_scene
-from comparison.tables.align import Hole, align, holes
+from comparison.tables.align import Hole, align, cut, holes
 from comparison.tables.channels import channels
 from comparison.tables.table import Table, TableError, check, thinned
 from comparison.tables.table_files import companions, read, write
@@ -83,6 +83,10 @@ def test_pulses_of_a_result_are_of_its_events():
     whole = Table.from_result(result)
     check(whole, ["slider_x"])
     np.testing.assert_array_equal(whole.pulses["time"], thinned(pulses(20, 50, 1))["time"])
+    part = cut(whole, 1.8, 9.0)  # behind the first contact
+    check(part, ["slider_x"])
+    assert part.pulses["time"].tolist() == whole.pulses["time"][whole.pulses["row"] > 0].tolist()
+    assert set(part.pulses["row"]) == {0, 1}
     for events, rule in ((whole.events[:2], "row 2 is none of 2 events"), (None, "row 0 is none of 0")):
         with pytest.raises(TableError, match=f"its pulses: {rule}"):
             check(replace(whole, events=events), ["slider_x"])

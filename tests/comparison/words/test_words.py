@@ -1,5 +1,6 @@
 """Sentences and numbers as they are shown, and the page on accuracy."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -8,10 +9,12 @@ from contact_tables import contacts_of
 from doc_pages import ROOT, block
 
 from comparison.accuracy.refine import Limit
+from comparison.cli.console import Lines
 from comparison.formatting import NO_BREAK, percent, quantity
 from comparison.scene import load_scene
 from comparison.verdict.results import SceneComparison
 from comparison.words.differences import instant_of
+from comparison.words.verdicts import card
 
 EVENTS = contacts_of(("ul", 0.01, 0.011), ("ll", 0.01, 0.012), ("pin", 0.04, 0.05), ("ll", 0.045, 0.046))
 
@@ -55,6 +58,27 @@ def test_the_page_has_every_reason_and_its_python_runs(capsys):
     assert kept == "True"
     assert 0.5 < float(coverage) <= 1.0
     assert float(largest) > 0.0
+
+
+def test_the_rest_is_foreseen_from_a_tenth_of_the_work_on(capsys):
+    times = iter(np.arange(0.0, 9000.0, 100.0))
+    report = Lines("run", lambda: next(times))
+    for share in (0.01, 0.05, 0.5):
+        report(share, "a part")
+    first, second, third = capsys.readouterr().err.splitlines()
+    assert not [line for line in (first, second) if "left" in line]
+    # Half of the work less 1 % has taken 200 s.
+    assert "50%, about 3 min left" in third
+
+
+@pytest.mark.parametrize("read", [True, False])
+def test_half_the_time_is_advised_where_no_finer_setting_is_left(read):
+    """By a command, so not for a scene that no file holds."""
+    scene = load_scene("wedge", {"drive.cycles": 0.3})
+    ran = scene if read else dataclasses.replace(scene, source="")
+    at = np.array([0.0, 1.0])
+    advised = card(SceneComparison(("a", "b"), "indeterminate", at, {}, ran=ran)).commands
+    assert advised == (("sixbar validate wedge --set drive.cycles=0.15",) if read else ())
 
 
 QUANTITIES = {
