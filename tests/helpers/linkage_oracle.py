@@ -251,6 +251,7 @@ class Bodies:
         for guide in scene["guide"].values():
             self.ends.append(self.both(guide, [guide["on"], guide["body"] + ".centroid"]))
         self.chords = self.chord(self.ends)
+        self.turns = np.eye(len(self.mass) + 3)[2::3, : len(self.mass)]  # the frame's is none
         self.springs = self.chord([self.both(row, row["joins"]) for row in scene["spring"].values()])
         self.rate = drive.get("speed_rpm", 0.0) * math.pi / 30
         self.driven = 3 * self.place[drive.get("body", self.names[0])] + 2
@@ -270,19 +271,20 @@ class Bodies:
         return ends
 
     def chord(self, joints):
-        """Return second ends less first ones, linear in the centroids, in exp(i angle) and in 1."""
+        """Return second ends less first ones, by centroids, exp(i angle) and 1, and by rates of centroids."""
         sides, arms = np.zeros((2, len(joints), len(self.place)), complex)
         for side, arm, ends in zip(sides, arms, joints, strict=True):
             for sign, (body, own) in zip((-1, 1), ends, strict=True):
                 side[body] += sign
                 arm[body] += sign * own
-        return sides[:, :-1], arms[:, :-1], arms[:, -1]
+        rows = np.kron(sides[:, :-1], [1, 1j, 0])
+        return sides[:, :-1], arms[:, :-1], arms[:, -1], rows
 
     def spans(self, chords, pose):
         """Return chords, the rows that give their rates, and the turned arms."""
-        sides, arms, fixed = chords
-        turned, rows = arms * np.exp(1j * pose[2::3]), np.zeros((len(fixed), len(pose)), complex)
-        rows[:, 0::3], rows[:, 1::3], rows[:, 2::3] = sides, 1j * sides, 1j * turned
+        sides, arms, fixed, rows = chords
+        turned, rows = arms * np.exp(1j * pose[2::3]), rows.copy()
+        rows[:, 2::3] = 1j * turned
         return sides @ (pose[0::3] + 1j * pose[1::3]) + turned.sum(axis=1) + fixed, rows, turned
 
     def guides(self):
@@ -293,21 +295,22 @@ class Bodies:
 
     def constraints(self, t, pose, velocity):
         """Return values and rows, with their rates at no velocity, and rates of these at no acceleration."""
-        unit, angles, omega = np.eye(len(pose)), np.append(pose[2::3], 0), np.append(velocity[2::3], 0)
-        turns, (value, rows, turned) = np.vstack([unit[2::3], 0 * pose]), self.spans(self.chords, pose)
-        bias = -turned @ omega[:-1] ** 2
+        angles, omega, turns = [*pose[2::3], 0.0], [*velocity[2::3], 0.0], self.turns
+        value, rows, turned = self.spans(self.chords, pose)
+        bias = -turned @ velocity[2::3] ** 2
         for k, body, on, direction, angle in self.guides():
             # Along the normal, which turns with the body that the guide is on
             normal, w = 1j * np.exp(1j * (direction + angles[on])), omega[on]
             bias[k] = dot(normal, bias[k] - 2j * w * (rows[k] @ velocity) - w**2 * value[k])
             rows[k] = dot(normal, rows[k] - 1j * value[k] * turns[on]) + 1j * (turns[body] - turns[on])
             value[k] = dot(normal, value[k]) + 1j * (angles[body] - angles[on] - angle)
-        value, bias = (np.column_stack([z.real, z.imag])[self.tight].ravel() for z in (value, bias))
-        rows = np.stack([rows.real, rows.imag], axis=1)[self.tight].reshape(-1, len(pose))
+        value, bias, rows = (z[self.tight].view(float) for z in (value, bias, rows))
+        rows = rows.reshape(len(rows), -1, 2).swapaxes(1, 2).reshape(-1, len(pose))
         change = np.zeros(len(value))
         if self.rate:
-            value = np.append(value, pose[self.driven] - self.angle - self.rate * t)
-            rows, change, bias = np.vstack([rows, unit[self.driven]]), [*change, -self.rate], [*bias, 0]
+            value = np.array([*value, pose[self.driven] - self.angle - self.rate * t])
+            driven = turns[self.driven // 3, None]
+            rows, change, bias = np.concatenate([rows, driven]), [*change, -self.rate], [*bias, 0.0]
         return value, rows, np.array(change), np.array(bias)
 
     def assemble(self):
