@@ -240,10 +240,10 @@ def main(*, small: bool = False) -> None:
             with progress(name) as report:
                 pages = write_study(name, REPORTS / name, cpus(), report, small=small)
         except EngineError as error:
-            pages = list((REPORTS / name).glob("*.md"))
+            pages = sorted((REPORTS / name).glob("*.md"))
             if not pages:
                 raise
-            warn(f"study {name}: {error}; its page stays as it is")
+            warn([f"study {name}: {error}; its page stays as it is"])
         written |= {page.relative_to(REPORTS).as_posix(): page.read_text("utf-8") for page in pages}
     readme = Path("README.md")
     write_text(index(written), REPORTS / "README.md")

@@ -5,6 +5,7 @@ import shutil
 import tomllib
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import Mock
 
 import pandas as pd
 import pytest
@@ -13,7 +14,7 @@ from scipy.stats import beta
 from comparison.cli import main
 from comparison.cli import study as reports
 from comparison.execution.pool import kept_workers
-from comparison.models import ROOT
+from comparison.models import ROOT, EngineError
 from comparison.report import svg
 from comparison.scene import shipped_scenes
 from comparison.studies import MOVED, NAMES, verdicts, write_study
@@ -85,6 +86,21 @@ def test_make_reports_writes_all_studies_their_list_and_the_table_of_the_readme(
     forms = pd.read_csv(Path("reports", "paper", "forms.csv"))
     shipped = forms.groupby("id")["median"].transform("first")  # of the same draws
     assert forms["change"].to_numpy() == pytest.approx((forms["median"] - shipped).to_numpy(), nan_ok=True)
+
+
+def test_make_reports_keeps_pages_of_studies_without_their_engine(tmp_path, monkeypatch, capsys):
+    shutil.copytree(ROOT / "reports", tmp_path / "reports", ignore=shutil.ignore_patterns("*.svg", "out"))
+    shutil.copy(ROOT / "README.md", tmp_path)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(reports, "write_study", Mock(side_effect=EngineError("no heyoka")))
+    reports.main(small=True)
+    warning = "sixbar: warning: study {}: no heyoka; its page stays as it is"
+    assert capsys.readouterr().err.splitlines() == [warning.format(name) for name in NAMES]
+    index, readme = (Path(page).read_text("utf-8") for page in ("reports/README.md", "README.md"))
+    assert readme == (ROOT / "README.md").read_text("utf-8")
+    assert sorted(index.split("\n")) == sorted(
+        (ROOT / "reports" / "README.md").read_text("utf-8").split("\n")
+    )
 
 
 def test_a_study_that_is_a_part_now_says_so(capsys):
