@@ -1,8 +1,12 @@
-"""Refinement of five bodies, whose steps are fixed, until their verdict stands.
+"""Refinement of runs until their verdict stands.
 
-The rule: a verdict other than "agree" is judged again at half the step until it is "agree", or until
-"indeterminate" or a difference has outlasted two halvings and the tree of the same package, at the tight
-tier, does not contradict the difference; one that ends without that stands only if the tree shows it too.
+Two models with tolerances are judged again at a tenth of these, twice, as long as they differ: of a run with
+few steps u may be too small, which an ensemble does not show.
+
+Of five bodies, whose steps are fixed, a verdict other than "agree" is judged again at half the step until it
+is "agree", or until "indeterminate" or a difference has outlasted two halvings and the tree of the same
+package, at the tight tier, does not contradict the difference; one that ends without that stands only if the
+tree shows it too.
 
 Three step sizes can err alike in stiff contacts (measured at 0.4 mm of clearance: errors of x of 1.3e-6,
 7.5e-7, 7.7e-7, 1.2e-8 and 3.0e-9 m at 2, 1, 0.5, 0.25 and 0.125 us), which an ensemble does not show: its
@@ -59,7 +63,7 @@ def settle(
     run: Run,
     run_families: RunFamilies,
 ) -> Judgement:
-    """Confirm a verdict "differ" by ensembles; one of a model with fixed steps is first refined.
+    """Confirm a verdict "differ" by ensembles, once it has outlasted refinement.
 
     ``run_families`` is called once a level, and once for the third opinion; the rest is as in `confirm`.
     """
@@ -80,16 +84,18 @@ def settle(
         return confirm(judged, again, scene=closer, models=models, run=run).verdict
 
     levels = [Judgement(result, runs, scene)]
-    if not any(too_slow(scene, model) for model in models):
+    stepped = any(too_slow(scene, model) for model in models)
+    if not stepped and (result.verdict != "differ" or None in [finer(model, scene) for model in models]):
         return confirmed(levels[0])
     while True:
         last = levels[-1]
         verdict = last.comparison.verdict
-        if verdict == "agree" or (verdict == "indeterminate" and len(levels) > ENOUGH_LEVELS):
+        enough = not stepped or len(levels) > ENOUGH_LEVELS
+        if verdict == "agree" or (verdict == "indeterminate" and enough):
             return last
         closer = _finer(last.scene, models, len(levels))
         outlasts = verdict == "differ" and _outlasts(levels, models)
-        if outlasts and (closer is None or tree_verdict() != "agree"):
+        if outlasts and (closer is None or not stepped or tree_verdict() != "agree"):
             return confirmed(last)
         again = None if closer is None else run_families(closer)
         if closer is None or again is None:
@@ -137,11 +143,13 @@ def _finer(scene: Scene, models: Sequence[str], level: int) -> Scene | None:
 
 
 def _outlasts(levels: Sequence[Judgement], models: Sequence[str]) -> bool:
-    """Return whether the difference of the last level has outlasted two refinements of fixed steps."""
+    """Return whether the difference of the last level has outlasted two refinements."""
     if len(levels) <= ENOUGH_LEVELS:
         return False
     comparison, scene = levels[-1].comparison, levels[-1].scene
     stepped = [side for side, model in enumerate(models) if too_slow(scene, model)]
+    if not stepped:
+        return True
     ratios = []
     for channel in comparison.with_verdict("differ"):
         mask, u = channel.deciding
