@@ -106,8 +106,8 @@ def judge_again(
         tier=result.tier,
         ensembles=ensembles,
     )
-    kept = {part: getattr(result, part) for part in ("name", "command", "warnings", "refined", "demand")}
-    return replace(judged, **kept)
+    kept = ("name", "command", "warnings", "refined", "halved", "demand")
+    return replace(judged, **{part: getattr(result, part) for part in kept})
 
 
 def confirm_by_ensembles(

@@ -100,7 +100,8 @@ def settle(
         again = None if closer is None else run_families(closer)
         if closer is None or again is None:
             break
-        judged = replace(judge_again(result, again, closer), refined=result.refined + len(levels))
+        judged = judge_again(result, again, closer)
+        judged = replace(judged, refined=result.refined + len(levels), halved=stepped)
         levels.append(Judgement(judged, again, closer))
     if verdict == "indeterminate":
         return last

@@ -419,6 +419,7 @@ class SceneComparison:
     failed: Job | None = None  # the run that did not succeed, where one is why
     tier: str = "standard"
     refined: int = 0  # levels finer than the scene's settings, see `comparison.verdict.refinement`
+    halved: bool = False  # these are steps of five bodies, halved, and not tolerances
     unsettled: bool = False  # indeterminate because refinement still moves the models by their difference
     allowed_shift: float = nan  # time shift that the tolerance allows, s, where it is exceeded
     attribution: Attribution = field(default_factory=Attribution)

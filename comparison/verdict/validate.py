@@ -249,7 +249,7 @@ class Case:
         except TableError as error:
             return Validation(self.refused(str(error)))
         settled = settle(
-            replace(comparison, command=self.command, refined=1 if failed else 0),
+            replace(comparison, command=self.command, refined=1 if failed else 0, halved=bool(failed)),
             pair,
             scene=scene,
             models=models,

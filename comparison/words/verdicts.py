@@ -230,17 +230,12 @@ def finer_runs(scene: SceneComparison) -> str:
     """Return the settings of refined runs; empty where the models ran at the stated ones."""
     if not scene.refined:
         return ""
-    if not _halved(scene):
+    if not scene.halved:
         return f"judged at settings refined {_TIMES[scene.refined]}: at the stated ones the two differ"
     return (
         "judged with finer runs, since those at the scene's settings left the verdict open: step of "
         f"five bodies halved {_TIMES[scene.refined]}, to {_step(scene):.3g} s"
     )
-
-
-def _halved(scene: SceneComparison) -> bool:
-    """Return whether a model has fixed steps."""
-    return any("step_used" in own.get("settings", {}) for own in scene.provenance.values())
 
 
 def _step(scene: SceneComparison) -> float:
@@ -257,7 +252,7 @@ def why(scene: SceneComparison) -> str:
 def mark(scene: SceneComparison) -> str:
     """Return the note beside a verdict: what it lacks, refinement of its runs, and its confirmation."""
     marks = [] if scene.enough else [agreement(scene)]
-    how = "step halved" if _halved(scene) else "refined"
+    how = "step halved" if scene.halved else "refined"
     marks += [f"{how} {_TIMES[scene.refined]}"] if scene.refined else []
     if (result := scene.confirmation) is not None:
         marks.append(_MARKS[result.outcome].format(result))

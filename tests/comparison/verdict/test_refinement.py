@@ -170,3 +170,26 @@ def test_a_violation_at_the_scenes_own_step_is_remedied_by_half_of_it():
     assert warning.endswith("at which five bodies fail: lower the step")
     for other in (("reference", failed[1]), ("exudyn", Outcome("crashed"))):
         assert without_violation(model.fake.scene, [failed, other], MODELS, model.families) is None
+
+
+@pytest.mark.parametrize(
+    ("error", "verdict", "levels_asked"),
+    [
+        (lambda _: FAULT, "differ", 3),
+        (lambda tolerance: FAULT * (tolerance > 2e-12), "agree", 3),
+        (lambda tolerance: FAULT * (tolerance > 2e-11), "agree", 2),
+    ],
+)
+def test_a_difference_of_two_models_with_tolerances_must_be_there_at_finer_ones(error, verdict, levels_asked):
+    tree = {"solver.exudyn.formulation": "tree", "solver.exudyn.tolerance": 1e-10}
+    model, asked = Levels(Fake(signals, load_scene("150rpm-0.2mm", COARSE | tree), narrow), None), []
+
+    def families(scene):
+        asked.append(scene.data["solver"]["exudyn"]["tolerance"])
+        return model.fake.family(0), model.fake.family(1, error(asked[-1]))
+
+    model.tree = FAULT if verdict == "differ" else 0.0
+    result = model.settled(families).comparison
+    assert (result.verdict, result.refined, result.halved) == (verdict, levels_asked - 1, False)
+    assert asked == pytest.approx([1e-10, 1e-11, 1e-12][:levels_asked])
+    assert "judged at settings refined" in finer_runs(result)
