@@ -210,7 +210,7 @@ def _conditions(
 def _cut_to_shortest(
     tables: Pairs[str, Table], names: Pairs[str, str], cycle: float, bins: int
 ) -> tuple[dict[str, Table], tuple[str, ...]]:
-    """Return the tables up to the end of the shortest, with warnings of rows that are left out or missing"""
+    """Return the tables up to the end of the shortest, with warnings of rows left out or missing."""
     end, shortest_name = min((float(table.time[-1]), names[part]) for part, table in tables.items())
     cuts, warnings, interval = {}, [], cycle / bins
     if (remainder := end - part_edges(end, cycle, bins)[-1]) > SAME_GRID * cycle:
