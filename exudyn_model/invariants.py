@@ -211,7 +211,7 @@ def contact_violations(
 def judge(
     worst: Mapping[str, tuple[float, float, str]], bounds: Mapping[str, float]
 ) -> tuple[dict[str, dict[str, Any]], str]:
-    """Compare violations (value, time in s, place) with their bounds; return what :func:`judge_run` does."""
+    """Compare violations (value, time in s, place) with their bounds; return as :func:`judge_run`."""
     invariants: dict[str, dict[str, Any]] = {}
     largest, violation = 1.0, ""
     for name, limit in bounds.items():

@@ -181,7 +181,7 @@ simulate.check = check  # type: ignore[attr-defined]
 
 
 def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what :func:`simulate` integrates for a scene; raise a ValueError if it cannot be simulated.
+    """Return the equations of :func:`simulate` for a scene; raise a ValueError if it cannot be simulated.
 
     Keys: ``formulation`` as in the provenance, ``bodies``, numbers of ``coordinates`` and ``constraints``,
     and a ``note`` about the equations if they need one; of a linkage also its ``freedom``, the difference,

@@ -169,7 +169,7 @@ class Observation:
         return reactions(self._m, bodies, Fx, Fy, ideal_slider=self._p.ideal_slider, journal=journal)
 
     def _widen(self, purpose: NDArray[np.int64], times: Array, values: Array) -> None:
-        """Widen the extrema by all rows with that purpose, and by the turning points between them."""
+        """Widen the extrema by the rows for them, and by the turning points between these."""
         mask = (purpose & EXTREMUM) > 0
         if not mask.all():
             times, values = times[mask], values[:, mask]

@@ -78,7 +78,7 @@ def correct(model: Linkage, errors: Array, values: Array, change: Array) -> None
 
 @inner
 def project(model: Linkage, t: float, y: Array, change: Array) -> bool:
-    """Move a state at `t` (s) onto the constraints and their rates; return whether it is there."""
+    """Move a state at `t` (s) onto the constraints and their rates; return whether this succeeds."""
     size, drift, rounding = model.masses.size, math.inf, 1e-12 + 1e-15 * abs(model.omega) * t
     q, v = y[:size], y[size : 2 * size]
     constraints(model, t, q, v)

@@ -97,7 +97,7 @@ simulate.check = check  # type: ignore[attr-defined]
 
 
 def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
-    """Return which formulation `simulate` integrates for a scene; raise as `check` does.
+    """Return the formulation that `simulate` integrates for a scene; raise as `check` does.
 
     Keys: ``formulation``, as in the provenance; ``bodies``, their names; ``coordinates`` and ``constraints``,
     the numbers of these; of a linkage of bodies and pins also ``freedom``, its degrees besides the drive.

@@ -39,7 +39,7 @@ def first_step_in_contact(
 ) -> float:
     """Return a first step (s) after a touch at `speed` (m/s), for the mass m of the contact.
 
-    The force K (v t)^1.5 is not smooth at its start, and an estimate of eighth order knows nothing of it: the
+    The force K (v t)^1.5 is not smooth at its start, and an estimate of eighth order does not show it: the
     motion errs by about K v^1.5 h^3.5 / m in the first step, which is held against the tolerance. And no more
     than a share of (m^2 / (K^2 v))^0.2, of which an elastic contact lasts 3.2.
 

@@ -66,7 +66,7 @@ def slider_errors(
     """Return the errors of a result, from a start (s) on, against the ideal mechanism's at its times.
 
     Channels are those of ``names`` that the result holds, at the times of `Table.dense` if it has these;
-    without ``peaks`` nothing is known between the samples. Raises `TableError` if the ideal table lacks one,
+    without ``peaks`` they have no extrema in between. Raises `TableError` if the ideal table lacks one,
     a table does not start at zero, or they have too few times in common.
     """
     actual, ideal = (t if t.dense is None else replace(t, frame=t.dense) for t in (actual, ideal))

@@ -99,7 +99,7 @@ def reliability(
         Mapping of the columns of files to channels, or the path of a mapping file.
     options
         ``limits``: quantity -> lower and upper limit of its error, m, m/s, m/s^2; by default those of the
-        scene. ``period`` of the crank cycle, s, where no scene is known. ``at_events``: "left", "right" or
+        scene. ``period`` of the crank cycle, s, where no scene has it. ``at_events``: "left", "right" or
         "both", which rows of a time that a file repeats count.
 
     Returns
@@ -112,7 +112,7 @@ def reliability(
     ------
     TableError
         If a table cannot be read, holds none of the channels, does not start at 0 s, or does not fit the
-        others; if no period is known.
+        others; if neither a scene nor ``period`` gives the period.
     SceneError
         If the limits are not valid.
 

@@ -78,7 +78,7 @@ class LinkageRecorder(BodiesRecorder):
         self._residual, self._energy, self._errors = (0.0, 0.0), 0.0, 0.0
 
     def accept(self) -> float:
-        """Take the next state; return how many ticks the next step may take: one without clearance."""
+        """Take the next state; return the most ticks of the next step: one without clearance."""
         if self.ending:
             raise StopError(self.ending[0])
         if self._model.elements:

@@ -107,7 +107,7 @@ class BodiesRecorder(Recorder):
             element.start()
 
     def accept(self) -> float:
-        """Take the next state; return how many ticks the next step may take."""
+        """Take the next state; return the most ticks of the next step."""
         choice = self._choice
         time, longest = choice.time, choice.limit
         for element in self._model.elements:

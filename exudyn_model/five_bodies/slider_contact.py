@@ -106,7 +106,7 @@ def in_guide(offset: Four, turn: Turn, guide_turn: Turn, law: Law) -> tuple[Guid
 
 @kernel
 def guide_motion(q: Pair, v: Pair, guide: Partners) -> tuple[GuideMotion, tuple[float, float]]:
-    """Return what :func:`in_guide` does, from the motions of slider and guide."""
+    """Return the results of :func:`in_guide` from the motions of slider and guide."""
     (q1, q2), (v1, v2) = q, v
     return in_guide(relative(q, v, guide), (q1[ANGLE], v1[ANGLE]), (q2[ANGLE], v2[ANGLE]), guide.law)
 

@@ -265,7 +265,7 @@ def switch(row: int, contacts: Any, workspace: Workspace, law: Law) -> bool:
     """
     contact, switched = contacts[row], False
     before, after = workspace.distances[0, row], workspace.distances[1, row]
-    # What has just touched may still be open by round-off, but it approaches
+    # A corner that has just touched may still be open by round-off, but it approaches
     if contact.closed > 0.0 and (after.value > ROUNDED or (after.value >= -ROUNDED and after.rate > 0.0)):
         # In an accepted step a contact separates at one of the ends alone: see `accepted_fraction`
         at = 1 if after.value < -before.value else 0
