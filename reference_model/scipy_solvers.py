@@ -61,7 +61,7 @@ def all_margins(contacts: Records, modes: Records, touches: Records, out: Array)
 
 @kernel
 def record_states(model: Model, run: Run, times: Array, purposes: Array, states: Array) -> int:
-    """Record states, shape (n, size), at ascending times (s) until the buffer is full; return their number."""
+    """Record states, shape (n, size), at ascending times (s) until the buffer is full; return the number."""
     for i in range(times.size):
         if run.counters[0].recorded == run.rows.times.size:
             return i

@@ -79,9 +79,7 @@ def runs_by_model(
     tables = {which: usable_table(which[1], outcome) for which, outcome in outcomes.items()}
 
     def runs(model: str) -> Runs:
-        members = {
-            kind: table for (name, kind), table in tables.items() if name == model and table is not None
-        }
+        members = {kind: run for (name, kind), run in tables.items() if name == model and run is not None}
         return Runs(refinement=refinement(model, scene), **members)
 
     return runs(models[0]), runs(models[1])

@@ -117,13 +117,8 @@ class Comparison:
         scene = None if self.scene is None else load_scene(self.scene)
         mapping = None if self.mapping is None else load_mapping(self.mapping)
         errors = tuple(None if path is None else _errors(path) for path in (self.u_a, self.u_b))
-        return {
-            "scene": scene,
-            "mapping": mapping,
-            "criteria": criteria,
-            "refinements": refinements,
-            "errors": errors,
-        }
+        arguments = {"scene": scene, "mapping": mapping, "criteria": criteria}
+        return {**arguments, "refinements": refinements, "errors": errors}
 
     def command(self, **changes: object) -> str:
         """Return the command with all options that affect a number, some of them with other values."""
