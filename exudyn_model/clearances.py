@@ -170,16 +170,16 @@ def start_side(side: int, lower: CornerMotion, upper: CornerMotion, contacts: ND
         Changed in place.
     law : Law
     """
-    touching = [
+    rows = [
         row
         for row, corner in ((side, lower), (side + UPPER, upper))
         if touches_at_start(corner.gap, corner.rate)
     ]
     if not law.shared:
-        for row in touching:
+        for row in rows:
             rate = lower.rate if row == side else upper.rate
             contacts["impact_speed"][row], contacts["name"][row] = max(-rate, law.speed_floor), row
-    elif touching:
+    elif rows:
         rate, upper_leads = min(lower.rate, upper.rate), upper.rate < lower.rate
         if min(lower.gap, upper.gap) < -ROUNDED:
             # Not compiled for a single call

@@ -33,13 +33,13 @@ class Watch:
     ----------
     worst : dict
         Value, time (s), and row of the contact of each of ``WATCHED``.
-    fastest, fastest_slip, strongest : float
-        Largest rate of a gap, slip (m/s) and normal force (N).
+    largest_rate, largest_slip, largest_force : float
+        Of a gap (m/s), of a slip (m/s), of the normal forces (N).
     """
 
     def __init__(self) -> None:
         self.worst: dict[str, tuple[float, float, int]] = dict.fromkeys(WATCHED, (0.0, 0.0, 0))
-        self.fastest, self.fastest_slip, self.strongest = 0.0, 0.0, 0.0
+        self.largest_rate, self.largest_slip, self.largest_force = 0.0, 0.0, 0.0
 
     def _keep(self, name: str, row: int, times: Array, values: Array) -> None:
         if values.size:
@@ -62,9 +62,9 @@ class Watch:
         self._keep("open-depth", row, times, np.where(closed, 0.0, -gap))
         self._keep("pull", row, times, -force)
         self._keep("driving-friction", row, times, power)
-        self.fastest = max(self.fastest, float(np.max(np.abs(rate))))
-        self.fastest_slip = max(self.fastest_slip, float(np.max(np.abs(slip))))
-        self.strongest = max(self.strongest, float(np.max(force)))
+        self.largest_rate = max(self.largest_rate, float(np.max(np.abs(rate))))
+        self.largest_slip = max(self.largest_slip, float(np.max(np.abs(slip))))
+        self.largest_force = max(self.largest_force, float(np.max(force)))
 
     def _take_starts(
         self, row: int, times: Array, gaps: Array, rates: Array, corner: Any, at: NDArray[np.int64]
@@ -75,8 +75,8 @@ class Watch:
         """
         leaving = np.minimum(rates[corner, at - 1], rates[corner, at])
         self._keep("leaving-start", row, times[at], leaving)
-        away = np.minimum(np.abs(gaps[corner, at - 1]), np.abs(gaps[corner, at]))
-        self._keep("start-gap", row, times[at], away)
+        distance = np.minimum(np.abs(gaps[corner, at - 1]), np.abs(gaps[corner, at]))
+        self._keep("start-gap", row, times[at], distance)
 
     def take_slider(
         self, first: int, times: Array, motion: Array, forces: Array, memory: Array, law: Law
@@ -106,8 +106,8 @@ class Watch:
             powers = powers + np.roll(powers, UPPER, axis=0)
             closed = closed | np.roll(closed, UPPER, axis=0)
         for number in range(CORNER_COUNT):
-            this = first + number, times, gaps[number], rates[number], slips[number]
-            self._take(*this, forces[number, 0], powers[number], closed[number])
+            states = first + number, times, gaps[number], rates[number], slips[number]
+            self._take(*states, forces[number, 0], powers[number], closed[number])
             speed, start, name = memory[number]
             at = np.flatnonzero((speed[1:] > 0.0) & (start[1:] != start[:-1])) + 1
             # The contact of a side is judged by the corner that it is named after
@@ -186,8 +186,8 @@ def judge_run(
     -------
     invariants : dict
         Name to "value", "bound", "unit" and "time_s" of each invariant that has a bound.
-    broken : str
-        The worst violation in one line; empty if there is none.
+    violation : str
+        The worst one in one line; empty if there is none.
     """
     worst = contact_violations(watch, contacts, events)
     worst |= {f"constraint-{name}": (*violation, "a constraint") for name, violation in constraints.items()}
@@ -211,9 +211,9 @@ def contact_violations(
 def judge(
     worst: Mapping[str, tuple[float, float, str]], bounds: Mapping[str, float]
 ) -> tuple[dict[str, dict[str, Any]], str]:
-    """Compare violations (value, time in s, place) with their bounds; return what :func:`judge_run` does."""
+    """Compare violations (value, time in s, place) with their bounds; return as :func:`judge_run`."""
     invariants: dict[str, dict[str, Any]] = {}
-    largest, broken = 1.0, ""
+    largest, violation = 1.0, ""
     for name, limit in bounds.items():
         if name not in worst:
             continue
@@ -222,25 +222,25 @@ def judge(
         excess = value / limit if limit > 0.0 else math.inf
         if value > limit and excess > largest:
             largest, measure = excess, "" if unit == "1" else f" {unit}"
-            broken = (
+            violation = (
                 f"{name}: {sentence.format(place=place)} by {value:.3g}{measure} at "
                 f"{time:.9g} s, bound {limit:.3g}{measure}"
             )
-    return invariants, broken
+    return invariants, violation
 
 
-def contact_bounds(watch: Watch, duration: float, step: float, rounded: float) -> dict[str, float]:
+def contact_bounds(watch: Watch, duration: float, step: float, rounding: float) -> dict[str, float]:
     """Return the bounds of contacts in implicit steps.
 
-    ``step`` (s) is that in contacts, and ``rounded`` (m) some roundings of the positions.
+    ``step`` (s) is that in contacts, and ``rounding`` (m) some roundings of the positions.
     """
     return _force_bounds(watch, duration) | {
         # A corner that touches inside a step is no deeper at its end, where its contact begins
-        "open-depth": watch.fastest * step,
-        "start-gap": watch.fastest * step,
+        "open-depth": watch.largest_rate * step,
+        "start-gap": watch.largest_rate * step,
         # A gap that falls below 0 in a step approaches at its start or at its end, to the Newton
         # iteration's error in positions over the step
-        "leaving-start": rounded / step,
+        "leaving-start": rounding / step,
     }
 
 
@@ -257,9 +257,9 @@ def squared_share(events: Mapping[str, NDArray[Any]], step: float) -> float:
 def _force_bounds(watch: Watch, duration: float) -> dict[str, float]:
     return {
         # The law is clipped at 0: a product and a sum are rounded
-        "pull": 1e-13 * watch.strongest,
+        "pull": 1e-13 * watch.largest_force,
         # Friction opposes the slip, whose sign is wrong only where it is rounded
-        "driving-friction": 1e-13 * watch.strongest * watch.fastest_slip,
+        "driving-friction": 1e-13 * watch.largest_force * watch.largest_slip,
         # A contact ends before the next one begins, both times rounded
         "overlap": 64 * math.ulp(duration),
     }
@@ -310,8 +310,8 @@ def _overlap(contacts: Contacts, events: Mapping[str, NDArray[Any]]) -> tuple[fl
     """Return the longest overlap of two contacts of one corner or side; the table is sorted by start."""
     worst = 0.0, 0.0, ""
     for number, name in enumerate(contacts.names):
-        chosen = np.isin(events["corner"], contacts.names_of_row(number))
-        start, end = events["start"][chosen], events["end"][chosen]
+        mask = np.isin(events["corner"], contacts.names_of_row(number))
+        start, end = events["start"][mask], events["end"][mask]
         if len(start) < 2:
             continue
         overlaps = np.maximum.accumulate(end)[:-1] - start[1:]

@@ -40,10 +40,10 @@ def source_hash() -> str:
     return digest.hexdigest()[:16]
 
 
-def _usual_folder() -> Path | None:
-    for variable, below in (("NUMBA_CACHE_DIR", "sixbar-crossval"), ("SIXBAR_CACHE_DIR", "")):
+def _root_folder() -> Path | None:
+    for variable, subfolder in (("NUMBA_CACHE_DIR", "sixbar-crossval"), ("SIXBAR_CACHE_DIR", "")):
         if os.environ.get(variable):
-            return Path(os.environ[variable]) / below
+            return Path(os.environ[variable]) / subfolder
     try:
         path = user_cache_path("sixbar-crossval", appauthor=False)
     except RuntimeError:  # without HOME and without a name
@@ -53,9 +53,9 @@ def _usual_folder() -> Path | None:
 
 def _folder() -> Path | None:
     """Return the folder of this version's kernels, without its damaged files; None: nothing can be stored."""
-    usual = _usual_folder()
-    if usual is not None:
-        path = usual / f"exudyn_model-{source_hash()}"
+    root = _root_folder()
+    if root is not None:
+        path = root / f"exudyn_model-{source_hash()}"
         with suppress(OSError):
             path.mkdir(0o700, parents=True, exist_ok=True)
             with tempfile.TemporaryFile(dir=path):
@@ -63,7 +63,7 @@ def _folder() -> Path | None:
             _remove_damaged(path)
             return path
     warnings.warn(
-        f"the Exudyn model's kernels have no place in {usual or 'the home folder, which is unknown'}: every "
+        f"the Exudyn model's kernels have no place in {root or 'the home folder, which is unknown'}: every "
         "process compiles them; a SIXBAR_CACHE_DIR that can be written avoids that",
         RuntimeWarning,
         stacklevel=2,
@@ -89,7 +89,7 @@ def _checksums(path: Path) -> dict[str, int]:
 
 
 FOLDER = _folder()
-"""Where this process keeps its kernels."""
+"""Folder of this process's kernels."""
 
 
 def seal() -> None:
@@ -115,13 +115,13 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
 
 def entry(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a function that Python calls; its machine code, callees included, is stored on disk."""
-    before = numba.config.CACHE_DIR
+    outer_folder = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(FOLDER or "")
     try:
         options: dict[str, Any] = {"cache": FOLDER is not None, "no_cfunc_wrapper": True}
         return cast(Callable[P, R], numba.njit(error_model="numpy", **options)(function))
     finally:
-        numba.config.CACHE_DIR = before
+        numba.config.CACHE_DIR = outer_folder
 
 
 def machine_code(function: Callable[..., R], *examples: Any) -> Callable[..., R]:

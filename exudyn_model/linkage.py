@@ -108,10 +108,10 @@ def assemble(parameters: Parameters) -> InitialState:
     _require_a_turn(mechanism, np.array([mechanism.guide_x + line for line in lines]))
     x5 = mechanism.guide_x + offset
     try:
-        others = _close(mechanism, np.array([start]), np.array([x5]))[:, 0, 0]
+        rod_angles = _close(mechanism, np.array([start]), np.array([x5]))[:, 0, 0]
     except ValueError as error:
         raise ValueError(f"initial.slider_offset = {offset} m: {error}") from None
-    angles = np.array([start, *others, angle])
+    angles = np.array([start, *rod_angles, angle])
     u = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     n = np.stack([-u[:, 1], u[:, 0]], axis=1)
     crank, rod2, rocker, rod4 = mechanism.crank, mechanism.rod2, mechanism.rocker, mechanism.rod4
@@ -146,13 +146,13 @@ def _require_a_turn(mechanism: Mechanism, lines: NDArray[np.float64]) -> None:
     """Raise a ValueError unless the linkage closes over a turn with the slider at each x of ``lines`` (m)."""
     positions = mechanism.crank_angle + np.linspace(0.0, 2.0 * math.pi, _POSITIONS, endpoint=False)
     # A nearest to H, and farthest
-    stretched = math.atan2(mechanism.pivot_y, mechanism.pivot_x) + np.array([0.0, math.pi])
-    angles = _close(mechanism, np.concatenate([positions, stretched]), lines)
+    extremes = math.atan2(mechanism.pivot_y, mechanism.pivot_x) + np.array([0.0, math.pi])
+    angles = _close(mechanism, np.concatenate([positions, extremes]), lines)
     # Closer about the crank angles at which joint C is leftmost and rightmost
     c_x = np.cos(angles[1, 0, :_POSITIONS])
-    between = np.linspace(-1.0, 1.0, 101) * (2.0 * math.pi / _POSITIONS)
+    offsets = np.linspace(-1.0, 1.0, 101) * (2.0 * math.pi / _POSITIONS)
     for outermost in (c_x.argmin(), c_x.argmax()):
-        _close(mechanism, positions[outermost] + between, lines)
+        _close(mechanism, positions[outermost] + offsets, lines)
 
 
 def _close(
@@ -179,10 +179,10 @@ def _close(
         rod4_angle = mechanism.slider_branch * np.arccos(at_tip)
     # At exactly 1 the linkage is stretched: it closes, but its velocities are not determined
     open_loop, open_rod4 = ~(np.abs(at_pivot) < 1), ~(np.abs(at_tip) < 1).all(axis=0)
-    failed = np.flatnonzero(open_loop | open_rod4)
-    if failed.size:
-        parts = "crank, rod 2 and rocker" if open_loop[failed[0]] else "rod 4 and slider"
-        degrees = math.degrees(crank_angles[failed[0]]) % 360
+    failures = np.flatnonzero(open_loop | open_rod4)
+    if failures.size:
+        parts = "crank, rod 2 and rocker" if open_loop[failures[0]] else "rod 4 and slider"
+        degrees = math.degrees(crank_angles[failures[0]]) % 360
         raise ValueError(f"mechanism: {parts} cannot be assembled at a crank angle of {degrees:.2f} degrees")
     rod2_angle = np.arctan2(span_y + arm * np.sin(rocker_angle), span_x + arm * np.cos(rocker_angle))
     shape = rod4_angle.shape

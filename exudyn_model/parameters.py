@@ -219,13 +219,13 @@ def contact_law(
     replace K and C.
     """
     contact, friction = scene["contact"], scene["friction"]
-    own = {
+    constants = {
         "stiffness": 4 * math.sqrt(radius) / (3 * compliance),
         "damping": DAMPING_FACTORS[contact["damping_model"]](contact["restitution"]),
     }
     if contact["law"] == LAWS[IMPACT]:
-        given = ("stiffness", "damping", "damping_depth")
-        own |= {key: float(contact[key]) for key in given if contact.get(key) is not None}
+        keys = ("stiffness", "damping", "damping_depth")
+        constants |= {key: float(contact[key]) for key in keys if contact.get(key) is not None}
     return Law(
         number=float(LAWS.index(law)),
         exponent=float(contact["exponent"]),
@@ -234,7 +234,7 @@ def contact_law(
         static_speed=float(friction["static_speed"]),
         transition_speed=float(friction["transition_speed"]),
         shared=float(law == LAWS[FOUNDATION]),
-        **own,
+        **constants,
         **geometry,
     )
 
@@ -291,14 +291,14 @@ def _require_supported(scene: Mapping[str, Any]) -> None:
 
     The rules of a scene, such as a positive ``drive.cycles``, are those of ``comparison.scene``.
     """
-    checked: list[tuple[str, str, tuple[str, ...]]] = [
+    choices: list[tuple[str, str, tuple[str, ...]]] = [
         *((f"joints.{name}", kind, ("clearance", "ideal")) for name, kind in scene["joints"].items()),
         ("contact.law", scene["contact"]["law"], LAWS),
         *(("output.groups", group, _GROUPS) for group in scene["output"]["groups"]),
     ]
-    for key, value, known in checked:
-        if value not in known:
-            usable = " or ".join(map(repr, known))
+    for key, value, options in choices:
+        if value not in options:
+            usable = " or ".join(map(repr, options))
             raise ValueError(f"{key} = {value!r} is not simulated by the Exudyn model yet; use {usable}")
 
 
@@ -322,8 +322,8 @@ def _choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
     ValueError
         If keys contradict each other; one line.
     """
-    given = {key: value for key, value in scene["solver"]["exudyn"].items() if value != "auto"}
-    formulation = given.pop("formulation", "auto")
+    requests = {key: value for key, value in scene["solver"]["exudyn"].items() if value != "auto"}
+    formulation = requests.pop("formulation", "auto")
     if formulation not in ("auto", *USUAL):
         raise ValueError(
             f"solver.exudyn.formulation = {formulation!r} must be one of 'auto', 'full' and 'tree'"
@@ -331,25 +331,25 @@ def _choose_solver(scene: Mapping[str, Any]) -> dict[str, Any]:
     reaction_groups = [group for group in scene["output"]["groups"] if group in ("joints", "energy")]
     has_clearance = "clearance" in (scene["joints"]["slider"], scene["joints"]["crank_pin"])
     if formulation == "auto":
-        explicit = given.get("method", METHODS["tree"][0]) in METHODS["tree"]
+        explicit = requests.get("method", METHODS["tree"][0]) in METHODS["tree"]
         formulation = "tree" if has_clearance and explicit and not reaction_groups else "full"
-    usual = dict(USUAL[formulation])
+    defaults = dict(USUAL[formulation])
     if reaction_groups and formulation == "full":
-        usual["method"] = "trapezoidal-index2"
-    chosen = {"formulation": formulation} | usual | given
-    if chosen["method"] not in METHODS[formulation]:
+        defaults["method"] = "trapezoidal-index2"
+    solver = {"formulation": formulation} | defaults | requests
+    if solver["method"] not in METHODS[formulation]:
         raise ValueError(
-            f"solver.exudyn.method = {chosen['method']!r} does not integrate solver.exudyn.formulation = "
-            f"{formulation!r}; use {usual['method']!r}"
+            f"solver.exudyn.method = {solver['method']!r} does not integrate solver.exudyn.formulation = "
+            f"{formulation!r}; use {defaults['method']!r}"
         )
-    if reaction_groups and chosen["method"] != "trapezoidal-index2":
+    if reaction_groups and solver["method"] != "trapezoidal-index2":
         raise ValueError(
             f"output.groups = {reaction_groups[0]!r} is not given by solver.exudyn.method = "
-            f"{chosen['method']!r}; use 'trapezoidal-index2' (formulation 'full')"
+            f"{solver['method']!r}; use 'trapezoidal-index2' (formulation 'full')"
         )
     if formulation == "tree" and not has_clearance:
         raise ValueError(
             f"joints.slider = {scene['joints']['slider']!r} leaves solver.exudyn.formulation = 'tree' "
             "nothing free; use 'full'"
         )
-    return chosen
+    return solver

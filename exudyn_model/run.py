@@ -26,7 +26,7 @@ PROGRESS_INTERVAL = 0.1
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run ended: status, remedy ("" after success) and counters."""
+    """End of a run: status, remedy ("" after success) and counters."""
 
     status: str
     remedy: str
@@ -41,7 +41,7 @@ class Recorder:
     channels, contacts : tuple of str
         Names of all channels, and of the contacts' rows.
     shared : bool
-        Whether a side of the slider has one contact: see ``laws.Law``.
+        True if a side of the slider has one contact: see ``laws.Law``.
     samples : int
         Number of samples besides the initial state.
     period, duration : float
@@ -103,12 +103,12 @@ class Progress:
     def __init__(self, report: Report | None, duration: float) -> None:
         self._report, self._duration, self._last = report, duration, time.monotonic()
 
-    def __call__(self, reached: float) -> None:
+    def __call__(self, run_time: float) -> None:
         """Report that the run has reached a time in s."""
         if self._report is not None and time.monotonic() - self._last > PROGRESS_INTERVAL:
             self._last = time.monotonic()
             seal()  # other processes wait for the code that this one compiles
-            self._report(min(1.0, reached / self._duration))
+            self._report(min(1.0, run_time / self._duration))
 
     def finish(self) -> None:
         """Report that the run has reached its end."""

@@ -93,14 +93,14 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     ValueError
         If the scene cannot be simulated or assembled; one line.
     """
-    started = time.perf_counter()
+    start_time = time.perf_counter()
     try:
         if "body" in scene:
             linkage = read_linkage(scene)
-            run, judged = run_linkage(linkage, progress)
+            run, judgement = run_linkage(linkage, progress)
             interval, settings = linkage.settings.sample_interval, {"method": linkage.settings.method}
             channels = linkage_channels(linkage, linkage.groups)
-            return _result(run, channels, settings, interval, judged, started)
+            return _result(run, channels, settings, interval, judgement, start_time)
         parameters, _ = _read_and_check(scene)
         integration = parameters.integration
         run = (run_tree if integration.formulation == "tree" else run_five_bodies)(parameters, progress)
@@ -110,10 +110,10 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     events, columns = recorder.event_table(), recorder.columns(channels)
     extrema = run_extrema(recorder.extrema.by_cycle(recorder.channels, channels), channels)
     contacts, constraints = recorder.contacts, run.constraints
-    judged = judge_run(
+    judgement = judge_run(
         parameters, recorder.watch, contacts, events, columns, extrema, constraints, run.settings
     )
-    return _result(run, channels, asdict(integration), parameters.sample_interval, judged, started)
+    return _result(run, channels, asdict(integration), parameters.sample_interval, judgement, start_time)
 
 
 def _result(
@@ -121,18 +121,18 @@ def _result(
     channels: tuple[str, ...],
     settings: dict[str, Any],
     interval: float,
-    judged: tuple[dict[str, dict[str, Any]], str],
-    started: float,
+    judgement: tuple[dict[str, dict[str, Any]], str],
+    start_time: float,
 ) -> Result:
     """Return the result of a run: the samples of ``channels``, each ``interval`` (s)."""
     recorder, outcome, constraints = run.recorder, run.outcome, run.constraints
     events, columns = recorder.event_table(), recorder.columns(channels)
     cycle_extrema = recorder.extrema.by_cycle(recorder.channels, channels)
-    invariants, broken = judged
+    invariants, violation = judgement
     status, remedy = outcome.status, outcome.remedy
-    if broken and status == "success":
+    if violation and status == "success":
         status = "invariant-violated"
-        remedy = f"{broken}; lower solver.exudyn.{'step' if constraints else 'tolerance'}"
+        remedy = f"{violation}; lower solver.exudyn.{'step' if constraints else 'tolerance'}"
     provenance = {
         "model": "exudyn",
         "formulation": run.formulation,
@@ -146,7 +146,7 @@ def _result(
         },
         "platform": platform.platform(),
         "counters": outcome.counters,
-        "wall_time_s": time.perf_counter() - started,
+        "wall_time_s": time.perf_counter() - start_time,
         "invariants": invariants,
         "status": status,
     }
@@ -181,7 +181,7 @@ simulate.check = check  # type: ignore[attr-defined]
 
 
 def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what :func:`simulate` integrates for a scene; raise a ValueError if it cannot be simulated.
+    """Return the equations of :func:`simulate` for a scene; raise a ValueError if it cannot be simulated.
 
     Keys: ``formulation`` as in the provenance, ``bodies``, numbers of ``coordinates`` and ``constraints``,
     and a ``note`` about the equations if they need one; of a linkage also its ``freedom``, the difference,
@@ -190,10 +190,10 @@ def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
     if "body" in scene:
         linkage = read_linkage(scene)
         rows, count = len(linkage.system.multipliers), 3 * len(linkage.names)
-        planned = {"formulation": BODIES_AND_JOINTS, "bodies": linkage.names, "coordinates": count}
+        description = {"formulation": BODIES_AND_JOINTS, "bodies": linkage.names, "coordinates": count}
         contacts = {"contacts": [*linkage.system.contact_names]} if linkage.system.contacts else {}
         start = dict(zip(linkage.names, (body.position for body in linkage.system.bodies), strict=True))
-        return planned | {"constraints": rows, "freedom": count - rows, "start": start} | contacts
+        return description | {"constraints": rows, "freedom": count - rows, "start": start} | contacts
     parameters = read_scene(scene)
     ideal_slider, ideal_pin = parameters.guide is None, parameters.journal is None
     if parameters.integration.formulation == "full":
@@ -202,9 +202,9 @@ def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
         return {"formulation": "five bodies", "bodies": [*BODIES], "coordinates": 15, "constraints": rows}
     free = [*BODIES[3 if ideal_pin else 1 :]]
     # An ideal slider is a point mass at the end of rod 4
-    planned = {"formulation": tree_name(parameters), "bodies": free, "constraints": 0}
-    planned |= {"coordinates": len(free) - ideal_slider}
-    return planned | ({"note": TWO_ROTORS} if ideal_pin else {})
+    description = {"formulation": tree_name(parameters), "bodies": free, "constraints": 0}
+    description |= {"coordinates": len(free) - ideal_slider}
+    return description | ({"note": TWO_ROTORS} if ideal_pin else {})
 
 
 simulate.plan = plan  # type: ignore[attr-defined]

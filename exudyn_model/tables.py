@@ -94,9 +94,9 @@ class Extrema:
 
     def by_cycle(self, channels: tuple[str, ...], names: tuple[str, ...]) -> dict[str, Array]:
         """Return the extrema of ``names`` among ``channels`` in each cycle that has begun; times in s."""
-        begun = self.values[np.isfinite(self.values[:, 0, MIN])]
+        cycles = self.values[np.isfinite(self.values[:, 0, MIN])]
         return {
-            f"{name}_{part}": begun[:, channels.index(name), column].copy()
+            f"{name}_{part}": cycles[:, channels.index(name), column].copy()
             for name in names
             for column, part in enumerate(_EXTREMUM_FIELDS)
         }
@@ -116,11 +116,11 @@ class Extrema:
         ):
             candidates = values if outside is None else np.where(outside, worst, values)
             at = find(candidates, axis=1)
-            turning = candidates[rows, at]
-            improved = better(turning, self.values[cycle, channels, part])
-            where = channels[improved]
-            self.values[cycle, where, part] = turning[improved]
-            self.values[cycle, where, part + 1] = times[rows, at][improved]
+            extremes = candidates[rows, at]
+            improved = better(extremes, self.values[cycle, channels, part])
+            targets = channels[improved]
+            self.values[cycle, targets, part] = extremes[improved]
+            self.values[cycle, targets, part + 1] = times[rows, at][improved]
 
 
 class Contacts:
@@ -131,7 +131,7 @@ class Contacts:
     names : tuple of str
         Names of the rows of the memory.
     shared : bool
-        Whether a side of the slider has one contact: see ``laws.Law``.
+        True if a side of the slider has one contact: see ``laws.Law``.
 
     Attributes
     ----------
@@ -173,8 +173,8 @@ class Contacts:
             np.maximum.reduceat(depths, first),
         )
         for at, end, impulse, peak, depth in zip(first, *parts, strict=True):
-            new = [names[at], speeds[at], np.inf, 0.0, 0.0, 0.0]
-            contact = self._contacts.setdefault((row, starts[at]), new)
+            entry = [names[at], speeds[at], np.inf, 0.0, 0.0, 0.0]
+            contact = self._contacts.setdefault((row, starts[at]), entry)
             contact[2:] = (
                 min(contact[2], end),
                 contact[3] + impulse,
@@ -184,10 +184,10 @@ class Contacts:
 
     def take_pulse(self, row: int, times: Array, forces: Array) -> None:
         """Take the normal forces (N) of the contacts of a row, at times in s."""
-        left = _PULSE_LIMIT - self._counts[row]
-        if left > 0 and len(times):
-            self._pulses[row].append(np.stack([times[:left], forces[:left]]))
-            self._counts[row] += min(len(times), left)
+        room = _PULSE_LIMIT - self._counts[row]
+        if room > 0 and len(times):
+            self._pulses[row].append(np.stack([times[:room], forces[:room]]))
+            self._counts[row] += min(len(times), room)
 
     def table(self, now: float) -> dict[str, NDArray[Any]]:
         """Return the contacts sorted by start; one that lasts until ``now`` (s) ends there."""

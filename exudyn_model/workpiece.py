@@ -50,12 +50,12 @@ def workpiece_force(y: float, workpiece: NDArray[Any]) -> tuple[float, float]:
         return power, power * depth / (exponent + 1.0)
     while depth < workpiece[row].depth:  # the depth of the first row is 0
         row -= 1
-    before = workpiece[row].force
-    force, rest = before, depth - workpiece[row].depth
+    base = workpiece[row].force
+    force, rest = base, depth - workpiece[row].depth
     if row + 1 < len(workpiece):
-        rise, length = workpiece[row + 1].force - before, workpiece[row + 1].depth - workpiece[row].depth
+        rise, length = workpiece[row + 1].force - base, workpiece[row + 1].depth - workpiece[row].depth
         force += rise * rest / length
-    return force, workpiece[row].energy + 0.5 * (before + force) * rest
+    return force, workpiece[row].energy + 0.5 * (base + force) * rest
 
 
 @entry
@@ -81,8 +81,8 @@ def load_forces(parameters: Parameters, y: float) -> tuple[float, float]:
     linkage = record(mechanism)[0]
     tips = [driven_rod4(mechanism.period * k / _TURN, linkage)[0] for k in range(_TURN)]
     across = mechanism.guide_x + mechanism.reference_offset - np.array([tip.x for tip in tips])
-    below = mechanism.slider_branch * np.sqrt(mechanism.rod4.length**2 - across**2)
-    heights = np.array([tip.y for tip in tips]) + below
+    drop = mechanism.slider_branch * np.sqrt(mechanism.rod4.length**2 - across**2)
+    heights = np.array([tip.y for tip in tips]) + drop
     forces, _ = workpiece_forces(np.append(heights, y), workpiece_array(load))
     if not np.isfinite(forces).all():
         raise ValueError(

@@ -51,7 +51,7 @@ def reactions(
     guide = np.zeros_like(Bx)
     RFx, RFy = f5x - Fx, f5y - Fy
     if ideal_slider:
-        # (F - C) x (-R_F) = spin4 with R_Fy known; the guide takes what is left of the slider's balance in x.
+        # (F - C) x (-R_F) = spin4 with R_Fy known; the guide takes the rest of the slider's balance in x.
         RFx = (spin4 + (Dx - Cx) * RFy) / (Dy - Cy)
         guide = f5x - RFx
     RCx, RCy = f4x + RFx, f4y + RFy
@@ -88,21 +88,21 @@ def kinetic_energy(m: Mechanism, bodies: Array) -> Array:
 
 
 def energies(
-    m: Mechanism, load: Load, bodies: Array, start: Array, stored: tuple[Array, float], works: Array,
-    driven: int,
+    m: Mechanism, load: Load, bodies: Array, start: Array, contact: tuple[Array, float], works: Array,
+    n_driven: int,
 ) -> Array:  # fmt: skip
     """Return the energies in the order of `ENERGIES`, shape (8, n).
 
-    `start` is the motion of all bodies at t = 0, (5, 9, 1); `stored` the energy of the contacts, (n,), and at
-    t = 0, J; `works` the work of the drive, the losses by damping and by friction so far, J, shape (3, n). Of
-    `driven` bodies, from the crank, the motion is prescribed: the drive's work as integrated is then what
-    they pass on at the pin C, and what they take up themselves is added here.
+    `start` is the motion of all bodies at t = 0, (5, 9, 1); `contact` the energy of the contacts, (n,), and
+    at t = 0, J; `works` the work of the drive, the losses by damping and by friction so far, J, shape (3, n).
+    Of `n_driven` bodies, from the crank, the motion is prescribed: the integrated work of the drive is then
+    the work that they pass on at the pin C, and the energy that they take up is added here.
     """
     kinetic, kinetic0 = kinetic_energy(m, bodies), kinetic_energy(m, start)
     height, height0 = (m.gravity * np.array(m.masses)[:, None] * motion[:, 1] for motion in (bodies, start))
-    drive = works[0] + (kinetic - kinetic0 + height - height0)[:driven].sum(0)
-    gravity, moving = (height0 - height).sum(0), kinetic.sum(0)
-    pressed, pressed0 = (load_energy(load, motion[4, 1]) for motion in (bodies, start))
-    residual = drive + gravity - (moving - kinetic0.sum()) - (stored[0] - stored[1]) - (pressed - pressed0)
+    drive = works[0] + (kinetic - kinetic0 + height - height0)[:n_driven].sum(0)
+    gravity, total = (height0 - height).sum(0), kinetic.sum(0)
+    loads, loads0 = (load_energy(load, motion[4, 1]) for motion in (bodies, start))
+    residual = drive + gravity - (total - kinetic0.sum()) - (contact[0] - contact[1]) - (loads - loads0)
     residual = residual - works[1] - works[2]
-    return np.stack([drive, gravity, moving, stored[0], pressed, works[1], works[2], residual])
+    return np.stack([drive, gravity, total, contact[0], loads, works[1], works[2], residual])

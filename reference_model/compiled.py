@@ -1,9 +1,9 @@
 """Kernels: functions compiled by numba, and the folder on disk that keeps their code between processes.
 
-The folder is named after a hash of this package's sources and of what compiles them: numba's own cache does
-not notice that a function which a kernel *calls* has changed. Nor does it notice damage: a file cut short
-ends every later run with an error, one with a changed byte might be executed. So `seal` lists the stored
-files with their checksums, and a file that differs from the list is removed before numba looks for it.
+The folder is named after a hash of this package's sources and of the compiler's version: numba's own cache
+does not notice that a function which a kernel *calls* has changed. Nor does it notice damage: a file that is
+cut short ends every later run with an error, one with a changed byte might be executed. So `seal` lists the
+stored files with their checksums; a file that differs from the list is removed before numba looks for it.
 """
 
 import atexit
@@ -30,37 +30,37 @@ _LIST = "checksums.json"
 
 
 def source_hash() -> str:
-    """Return a hash over all sources of this package and the versions of what compiles them."""
+    """Return a hash over all sources of this package and the versions of Python, numba and numpy."""
     digest = hashlib.sha256(f"{sys.version} {numba.__version__} {version('numpy')}".encode())
     for source in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(source.name.encode() + b"\0" + source.read_bytes())
     return digest.hexdigest()[:16]
 
 
-def _usual_folder() -> Path | None:
+def _base_folder() -> Path | None:
     """Return the folder for all versions: ``NUMBA_CACHE_DIR``, ``SIXBAR_CACHE_DIR`` or the user's."""
-    if named := os.environ.get("NUMBA_CACHE_DIR"):
-        return Path(named) / "sixbar-crossval"
-    if named := os.environ.get("SIXBAR_CACHE_DIR"):
-        return Path(named)
+    if folder := os.environ.get("NUMBA_CACHE_DIR"):
+        return Path(folder) / "sixbar-crossval"
+    if folder := os.environ.get("SIXBAR_CACHE_DIR"):
+        return Path(folder)
     try:
-        usual = user_cache_path("sixbar-crossval", appauthor=False)
+        cache = user_cache_path("sixbar-crossval", appauthor=False)
     except RuntimeError:  # no HOME, and a user without an entry in the password file
         return None
-    return usual if usual.is_absolute() else None
+    return cache if cache.is_absolute() else None
 
 
 def _cache_folder() -> Path | None:
     """Return the folder of this version's kernels; None: every process compiles them anew."""
-    usual = _usual_folder()
-    if usual is not None:
-        own = usual / "numba" / f"reference-{source_hash()}"
+    base = _base_folder()
+    if base is not None:
+        folder = base / "numba" / f"reference-{source_hash()}"
         with suppress(OSError):
-            own.mkdir(mode=0o700, parents=True, exist_ok=True)
-            tempfile.TemporaryFile(dir=own).close()
-            return own
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            tempfile.TemporaryFile(dir=folder).close()
+            return folder
     warnings.warn(
-        f"{usual or 'no home folder'}: cannot be written; every process compiles its code anew. Set "
+        f"{base or 'no home folder'}: cannot be written; every process compiles its code anew. Set "
         "SIXBAR_CACHE_DIR to a folder that can be written",
         RuntimeWarning,
         stacklevel=2,
@@ -80,25 +80,25 @@ def _checksums(folder: Path) -> dict[str, int]:
 def _remove_damaged(folder: Path) -> None:
     """Remove the files that are not as they were sealed."""
     try:
-        sealed = json.loads((folder / _LIST).read_text("utf-8"))
+        checksums = json.loads((folder / _LIST).read_text("utf-8"))
     except (OSError, ValueError):
-        sealed = {}
+        checksums = {}
     for name, checksum in _checksums(folder).items():
-        if sealed.get(name) != checksum:
+        if checksums.get(name) != checksum:
             with suppress(OSError):
                 (folder / name).unlink()
 
 
 def seal() -> None:
-    """List what this process has compiled and stored, so that later ones trust it."""
-    stored = sum(sum(each.stats.cache_misses.values()) for each in _KERNELS)
-    if FOLDER is None or stored == _sealed["kernels"]:
+    """List the kernels that this process has compiled and stored, so that later ones trust them."""
+    count = sum(sum(each.stats.cache_misses.values()) for each in _KERNELS)
+    if FOLDER is None or count == _sealed["kernels"]:
         return
     with suppress(OSError):
         with tempfile.NamedTemporaryFile("w", dir=FOLDER, delete=False, encoding="utf-8") as file:
             json.dump(_checksums(FOLDER), file)
         Path(file.name).replace(FOLDER / _LIST)
-        _sealed["kernels"] = stored
+        _sealed["kernels"] = count
 
 
 FOLDER = _cache_folder()
@@ -111,11 +111,11 @@ if FOLDER is not None:
 
 def kernel(function: F) -> F:
     """Compile a function that Python calls to machine code at its first call, kept on disk."""
-    elsewhere, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(FOLDER or "")
+    cache_dir, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(FOLDER or "")
     try:
         compiled = numba.njit(cache=FOLDER is not None, error_model="numpy", no_cfunc_wrapper=True)(function)
     finally:
-        numba.config.CACHE_DIR = elsewhere
+        numba.config.CACHE_DIR = cache_dir
     _KERNELS.append(compiled)
     return cast(F, compiled)
 

@@ -75,12 +75,12 @@ def classify(values: Array, starting: bool) -> int:
             b += _TO_BERNSTEIN[i, j] * values[j]
         least = min(least, b)
         if abs(b) > RESOLUTION:
-            here = 1.0 if b > 0.0 else -1.0
+            b_sign = 1.0 if b > 0.0 else -1.0
             if first == 0.0:
-                first = here
-            elif here != sign:
+                first = b_sign
+            elif b_sign != sign:
                 changes += 1
-            sign = here
+            sign = b_sign
     if not error <= RESOLUTION:
         return SETTLED if least > error else UNCLEAR
     if least >= -RESOLUTION or (starting and first < 0.0 and changes == 1):
@@ -120,14 +120,14 @@ def interpolated(values: Array, x: float) -> float:
 
     By the barycentric formula (J.-P. Berrut, L. N. Trefethen, SIAM Rev. 46, 2004, 501-517, Eqs. 4.2, 5.4).
     """
-    above = below = 0.0
+    numerator = denominator = 0.0
     for j in range(POINTS):
         if x == ABSCISSAE[j]:
             return float(values[j])
         weight = _WEIGHTS[j] / (x - ABSCISSAE[j])
-        above += weight * values[j]
-        below += weight
-    return above / below
+        numerator += weight * values[j]
+        denominator += weight
+    return numerator / denominator
 
 
 @inlined
@@ -213,9 +213,9 @@ def first_end(model: Model, t: float, h: float, run: Run) -> tuple[float, int]:
 
 
 @inner
-def touches_too(touch: Touch, located: Touch) -> bool:
+def touches_too(touch: Touch, other: Touch) -> bool:
     """Return whether a contact touches at the same instant as another one whose gap was just located."""
-    return touch.rate < 0.0 and touch.gap <= abs(located.gap) + ROUNDING
+    return touch.rate < 0.0 and touch.gap <= abs(other.gap) + ROUNDING
 
 
 @inner
@@ -256,8 +256,8 @@ def begin(contacts: Records, run: Run) -> None:
         if touch.gap < -ROUNDING:
             run.modes[k].inside = True
             # If both corners of a side are inside, the deeper one, or the lower of equal ones, came first.
-            ahead = touches[contact.other].gap - touch.gap if contact.one_side else 1.0
-            if ahead > 0.0 or (ahead == 0.0 and k < contact.other):
+            lead = touches[contact.other].gap - touch.gap if contact.one_side else 1.0
+            if lead > 0.0 or (lead == 0.0 and k < contact.other):
                 rate, slip = touch.rate, touch.slip
                 if contact.one_side:
                     _, rate, slip = side_motion(contact, touch, touches[contact.other])
@@ -320,5 +320,5 @@ def switch(contacts: Records, t: float, place: int, run: Run) -> None:
         mode.clipped = not mode.clipped
     else:  # the neighbouring regime
         lower, upper = regime_bounds(contacts[k], mode.regime)
-        beyond = np.nextafter(upper, np.inf) if number == UPPER else np.nextafter(lower, -np.inf)
-        mode.regime = friction_regime(contacts[k], beyond)
+        slip = np.nextafter(upper, np.inf) if number == UPPER else np.nextafter(lower, -np.inf)
+        mode.regime = friction_regime(contacts[k], slip)

@@ -42,7 +42,7 @@ def _overload(stub: Callable[..., Any]) -> None:
 
 
 def tabulate(model: Model, t: float, h: float, shares: Array) -> None:
-    """Prepare what of the motion is a function of time alone, for all times t + shares h (s)."""
+    """Prepare the part of the motion that depends on time alone, for all times t + shares h (s)."""
     raise NotImplementedError
 
 
@@ -54,8 +54,8 @@ def motion(model: Model, t: float, i: int, modes: Records, nodes: Nodes) -> None
 def derivative(model: Model, t: float, i: int, modes: Records, nodes: Nodes) -> None:
     """Evaluate the equations of motion in frozen modes at `t` (s), one of the times given to `tabulate`.
 
-    Of the state at node `i` coordinates and rates are given; written are the derivative of the whole state,
-    the contacts' states and the slider's motion.
+    The input is coordinates and rates of node `i`; the output is the derivative of the whole state, the
+    contacts' states and the slider's motion.
     """
     raise NotImplementedError
 

@@ -34,11 +34,11 @@ def observe_ideal(
 def _extrema(m: Mechanism, load: Load, names: list[str], end: float, cycles: int) -> Extrema:
     """Return the extrema of each cycle up to `end`, s: all whole ones have those of the first."""
     period = 2.0 * np.pi / abs(m.omega)
-    extrema, whole = Extrema(len(names), cycles, period), int(end / period + 1e-9)
-    if whole:
+    extrema, whole_cycles = Extrema(len(names), cycles, period), int(end / period + 1e-9)
+    if whole_cycles:
         extrema.values[:] = _extrema_to(m, load, names, period)
-    if cycles > whole:
-        extrema.values[whole] = _extrema_to(m, load, names, end - whole * period)
+    if cycles > whole_cycles:
+        extrema.values[whole_cycles] = _extrema_to(m, load, names, end - whole_cycles * period)
     extrema.values[:, :, 1::2] += period * np.arange(cycles)[:, None, None]
     return extrema
 
@@ -71,7 +71,7 @@ def _at_kinks(m: Mechanism, load: Load, times: Array) -> Array:
     if not heights.size:
         return heights
 
-    def crossed(grid: Array, row: int, height: float) -> Array:
+    def passages(grid: Array, row: int, height: float) -> Array:
         """Return the times (s) at which a row of the slider's motion passes a value, by bisection."""
         above = ideal_motion(m, grid)[4, row] > height
         i = np.flatnonzero(above[:-1] != above[1:])
@@ -82,8 +82,8 @@ def _at_kinks(m: Mechanism, load: Load, times: Array) -> Array:
             lo, hi = np.where(before, middle, lo), np.where(before, hi, middle)
         return hi
 
-    grid = np.union1d(times, crossed(times, 4, 0.0))
-    return np.unique(np.concatenate([crossed(grid, 1, height) for height in heights]))
+    grid = np.union1d(times, passages(times, 4, 0.0))
+    return np.unique(np.concatenate([passages(grid, 1, height) for height in heights]))
 
 
 def _smooth_between(m: Mechanism, load: Load, times: Array) -> Array:
@@ -94,9 +94,9 @@ def _smooth_between(m: Mechanism, load: Load, times: Array) -> Array:
     crossings = _at_kinks(m, load, times)
     if crossings.size and not load.depths.size:
         interval = float(np.diff(times).max())
-        near = interval * 0.5 ** np.arange(30)
+        shifts = interval * 0.5 ** np.arange(30)
         crossings = np.concatenate(
-            [crossings, np.add.outer(crossings, near).ravel(), np.subtract.outer(crossings, near).ravel()]
+            [crossings, np.add.outer(crossings, shifts).ravel(), np.subtract.outer(crossings, shifts).ravel()]
         )
         crossings = crossings[(crossings > times[0]) & (crossings < times[-1])]
     return np.union1d(times, crossings) if crossings.size else times
@@ -114,15 +114,15 @@ def _observe(m: Mechanism, load: Load, names: list[str], times: Array, work: flo
         channels |= zip(REACTIONS, _reactions(m, load, motion), strict=True)
     if ENERGIES[0] in names:
         ends = _smooth_between(m, load, times)
-        half = np.diff(ends) / 2.0
-        nodes = (ends[:-1] + half)[:, None] + half[:, None] * _GAUSS_POINTS
+        half_widths = np.diff(ends) / 2.0
+        nodes = (ends[:-1] + half_widths)[:, None] + half_widths[:, None] * _GAUSS_POINTS
         power = m.omega * _reactions(m, load, ideal_motion(m, nodes.ravel()))[_TORQUE].reshape(nodes.shape)
-        drive = work + np.concatenate([[0.0], np.cumsum(half * (power @ _GAUSS_WEIGHTS))])
+        drive = work + np.concatenate([[0.0], np.cumsum(half_widths * (power @ _GAUSS_WEIGHTS))])
         drive = drive[np.searchsorted(ends, times)]
-        none = np.zeros(times.size)
+        zeros = np.zeros(times.size)
         start = ideal_motion(m, np.zeros(1))
-        works = np.stack([drive, none, none])
-        balance = energies(m, load, motion, start, (none, 0.0), works, 0)
+        works = np.stack([drive, zeros, zeros])
+        balance = energies(m, load, motion, start, (zeros, 0.0), works, 0)
         channels |= zip(ENERGIES, balance, strict=True)
         work = float(drive[-1])
     return np.stack([channels[name] for name in names]), work

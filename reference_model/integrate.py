@@ -63,10 +63,10 @@ class Settings(NamedTuple):
 @inner
 def nothing_touches(modes: Records) -> bool:
     """Return whether no contact is closed."""
-    closed = 0.0
+    speed_sum = 0.0
     for k in range(modes.size):
-        closed += modes[k].speed
-    return closed == 0.0
+        speed_sum += modes[k].speed
+    return speed_sum == 0.0
 
 
 @merged
@@ -97,10 +97,10 @@ def attempt(
             factor = _GROW if error == 0.0 else min(_GROW, _SAFETY * math.pow(error, _EXPONENT))
             next_h = min(settings.largest, h * factor)
         start, end = nodes.slider[0], nodes.slider[END]
-        to_kink = share_to_kink(model.load, start.y, h * start.vy, end.y, h * end.vy)
-        if to_kink < 1.0 and t + h * to_kink > t:
+        kink_share = share_to_kink(model.load, start.y, h * start.vy, end.y, h * end.vy)
+        if kink_share < 1.0 and t + h * kink_share > t:
             place = NONE
-            h *= to_kink
+            h *= kink_share
             continue
         # A step that was taken again errs less, and may meet an event that the longer one stepped over.
         if not unsettled(model.contacts, modes, nodes.touches, h, run.scales, run.unsettled):
@@ -162,15 +162,15 @@ def change_mode(model: Model, run: Run, t: float, h: float, place: int, toleranc
 
 
 @inlined
-def stop_code(run: Run, settings: Settings, switched: int) -> int:
-    """Return the code of what forbids a further step; REACHED if nothing does."""
+def stop_code(run: Run, settings: Settings, last_switches: int) -> int:
+    """Return the code of the limit that forbids a further step; REACHED if none does."""
     counters = run.counters[0]
     full = counters.events + run.modes.size > EVENT_BUFFER
     if full or counters.recorded + settings.room > run.rows.times.size:
         return BUFFER_FULL
     if counters.steps + counters.rejected + counters.switches >= settings.limit:
         return STEP_LIMIT
-    return CHATTER if counters.switches - switched > SWITCHES_AT_ONCE else REACHED
+    return CHATTER if counters.switches - last_switches > SWITCHES_AT_ONCE else REACHED
 
 
 @kernel
@@ -187,9 +187,9 @@ def advance(model: Model, run: Run, settings: Settings, t_stop: float, t_end: fl
         evaluate_nodes(model, 0.0, 0.0, START, START, modes, nodes)
         record(contacts, run, START, 0.0, EXTREMUM)
         counters.started = True
-    t, h, status, switched = clock.time, clock.step, REACHED, counters.switches
+    t, h, status, last_switches = clock.time, clock.step, REACHED, counters.switches
     while t < t_stop:
-        status = stop_code(run, settings, switched)
+        status = stop_code(run, settings, last_switches)
         if status != REACHED:
             break
         h = step_before_separation(contacts, modes, nodes.touches[0], h, settings.tolerance)
@@ -215,7 +215,7 @@ def advance(model: Model, run: Run, settings: Settings, t_stop: float, t_end: fl
                 place, next_h = NONE, min(next_h, h)
             accept(model, run, t, h, is_dense)
             t = t_end if final and h == longest else t + h
-            switched = counters.switches
+            last_switches = counters.switches
         h = next_h
         if place != NONE:
             h = change_mode(model, run, t, h, place, settings.tolerance)

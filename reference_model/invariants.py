@@ -20,7 +20,7 @@ from reference_model.state import Records
 
 VIOLATED = "invariant-violated"
 
-_WHAT = {
+_TEXTS = {
     "open-depth": "is inside its wall outside a contact",
     "pull": "is pulled by its wall",
     "driving-friction": "is driven by friction",
@@ -89,8 +89,8 @@ def check(
     invariants = check_contacts(contacts, worst, events, duration, p.tolerance, mobility, energy, scipy)
     if drift is not None:
         controlled = not scipy and min(p.alpha, p.beta) > 0.0 and max(p.alpha, p.beta) <= STIFF_GAIN
-        most = DRIFT if controlled else UNCONTROLLED_DRIFT
-        for part, unit, bound in (("position", "m", most), ("velocity", "m/s", most / VELOCITY_TIME)):
+        limit = DRIFT if controlled else UNCONTROLLED_DRIFT
+        for part, unit, bound in (("position", "m", limit), ("velocity", "m/s", limit / VELOCITY_TIME)):
             invariants[f"constraint-{part}"] = Invariant(drift[part], bound, unit, drift[f"{part}_time_s"])
     return invariants
 
@@ -104,36 +104,36 @@ def check_contacts(
     The run lasts `duration`, s; 1 N accelerates no place of contact by more than `mobility`, m/s^2; `energy`
     bounds the spurious energy, unless it is infinite.
     """
-    none, names, each_one = (0.0, 0.0, -1), [*contacts], contacts.values()
+    zero, names, each_one = (0.0, 0.0, -1), [*contacts], contacts.values()
     # A step may hold the whole peak of a contact: its ends show less.
-    force = max(worst.get("force", none)[0], float(events["peak_force"].max(initial=0.0)))
+    force = max(worst.get("force", zero)[0], float(events["peak_force"].max(initial=0.0)))
     # A speed may exceed its limit at the end of a mode by the accuracy of the location, m/s, or by the
     # distance of LSODA's dense output from the ends of its steps.
     excess = 10.0 * (tolerance / VELOCITY_TIME if scipy else LOCATED_SPEED)
     # A contact is met too late by this depth, m: scipy's solvers locate it to their tolerance.
     depth = 10.0 * tolerance if scipy else LOCATED
     # Friction rises from zero at v0, so a slip beyond v0 gives a driving power.
-    driving = [each.c_f * force * excess / (each.v1 - each.v0) * (each.v0 + excess) for each in each_one]
+    powers = [each.c_f * force * excess / (each.v1 - each.v0) * (each.v0 + excess) for each in each_one]
     pull = max((_pull(each, events, force, excess, depth) for each in each_one), default=0.0)
-    rubbing = 1.0 + max((each.c_f for each in each_one), default=0.0)
-    fastest = max(USUAL_ACCELERATION, rubbing * force * mobility)
-    begun = events[events["start"] > 0.0]  # a contact that is closed at t = 0 may leave
+    friction_factor = 1.0 + max((each.c_f for each in each_one), default=0.0)
+    acceleration = max(USUAL_ACCELERATION, friction_factor * force * mobility)
+    later_events = events[events["start"] > 0.0]  # a contact that is closed at t = 0 may leave
     worst = worst | {
-        "start-gap": _largest(np.abs(begun["gap"]), begun),
-        "leaving-start": _largest(begun["rate"], begun),
+        "start-gap": _largest(np.abs(later_events["gap"]), later_events),
+        "leaving-start": _largest(later_events["rate"], later_events),
     }
     bounds = {
         "open-depth": (max(1e-11, depth), "m"),
         "pull": (pull, "N"),
-        "driving-friction": (max(driving, default=0.0), "W"),
+        "driving-friction": (max(powers, default=0.0), "W"),
         "start-gap": (max(1e-11, depth), "m"),
-        "leaving-start": (np.sqrt(2.0 * fastest * depth), "m/s"),
+        "leaving-start": (np.sqrt(2.0 * acceleration * depth), "m/s"),
     }
     if energy < math.inf:
         bounds["energy"] = (energy, "1")
     invariants = {}
     for name, (bound, unit) in bounds.items():
-        value, time, k = worst.get(name, none)
+        value, time, k = worst.get(name, zero)
         place = "" if value == 0.0 or k < 0 or name == "energy" else names[k]
         invariants[name] = Invariant(value, float(bound), unit, time, place)
     invariants["overlap"] = _overlap(contacts, events, duration)
@@ -141,12 +141,12 @@ def check_contacts(
 
 
 def _pull(contact: Contact, events: Records, force: float, excess: float, depth: float) -> float:
-    """Return by how much a contact's force may be below zero where its mode ends, N."""
+    """Return the largest force below zero that a contact may have where its mode ends, N."""
     if contact.law == ADAMS_IMPACT:
         # The force changes within the located depth by its slopes: c, n K d^(n-1), c' d', c' < 1.5 c / d_max.
-        deepest, fastest = (float(events[of].max(initial=0.0)) for of in ("largest_depth", "normal_speed"))
-        slope = contact.n * contact.K * math.pow(deepest, contact.n - 1.0)
-        return excess * contact.c_max + 10.0 * depth * (slope + 1.5 * contact.c_max / contact.d_max * fastest)
+        d, v = (float(events[of].max(initial=0.0)) for of in ("largest_depth", "normal_speed"))
+        slope = contact.n * contact.K * math.pow(d, contact.n - 1.0)
+        return excess * contact.c_max + 10.0 * depth * (slope + 1.5 * contact.c_max / contact.d_max * v)
     # The share of the force by which the damping factor 1 + C d'/v is then below zero; v + C d' is located.
     pull = force * max(contact.C * excess, 10.0 * LOCATED_SPEED) / contact.speed_floor
     # The paper's surface contact lasts until a corner is located outside: Eq. 8.
@@ -161,20 +161,20 @@ def _largest(values: Array, events: Records) -> Worst:
 
 
 def _overlap(contacts: Mapping[str, Contact], events: Records, duration: float) -> Invariant:
-    """Return by how much contacts of one corner, or of one side, overlap, s."""
+    """Return the longest overlap of contacts of one corner, or of one side, s."""
     number, sides = events["contact"], enumerate(contacts.values())
     places = np.array([min(k, each.other) if each.one_side else k for k, each in sides])
     place = places[number] if number.size else number
     order = np.lexsort((events["start"], place))
     start, end = events["start"][order], events["end"][order]
-    both = np.where(np.diff(place[order]) == 0, end[:-1] - start[1:], 0.0)
+    overlaps = np.where(np.diff(place[order]) == 0, end[:-1] - start[1:], 0.0)
     # Times add up to the duration by rounding.
     bound = 4.0 * float(np.spacing(duration))
-    if not both.size or both.max() <= 0.0:
+    if not overlaps.size or overlaps.max() <= 0.0:
         return Invariant(0.0, bound, "s", 0.0)
-    worst = int(both.argmax())
+    worst = int(overlaps.argmax())
     name = [*contacts][int(number[order][1:][worst])]
-    return Invariant(float(both[worst]), bound, "s", float(start[1:][worst]), name)
+    return Invariant(float(overlaps[worst]), bound, "s", float(start[1:][worst]), name)
 
 
 def violation(invariants: dict[str, Invariant], method: str = "dop853") -> str:
@@ -184,7 +184,7 @@ def violation(invariants: dict[str, Invariant], method: str = "dop853") -> str:
         if not it.value <= it.bound:
             where = f"{it.place} " if it.place else ""
             return (
-                f"{name}: {where}{_WHAT[name]}: {it.value:.2g} {it.unit} at t = {it.time_s:.6g} s, where at "
+                f"{name}: {where}{_TEXTS[name]}: {it.value:.2g} {it.unit} at t = {it.time_s:.6g} s, where at "
                 f"most {it.bound:.2g} {it.unit} is rounding; {remedy}"
             )
     return ""

@@ -88,13 +88,13 @@ def side_force(contact: Contact, d1: float, d2: float, both: bool) -> tuple[floa
         f1, f2 = contact.Ks * (2.0 * d1 + d2) / 6.0, contact.Ks * (d1 + 2.0 * d2) / 6.0
         return f1, f2, contact.Ks * (d1 * d1 + d1 * d2 + d2 * d2) / 6.0
     if contact.law == FOUNDATION:
-        deep, out = (d1, d2) if d1 > d2 else (d2, d1)
-        if deep <= 0.0:
+        d_in, d_out = (d1, d2) if d1 > d2 else (d2, d1)
+        if d_in <= 0.0:
             return 0.0, 0.0, 0.0
-        share = deep / (deep - out)
-        force = 0.5 * contact.Ks * deep * share
-        less, energy = force * share / 3.0, force * deep / 3.0
-        return (force - less, less, energy) if d1 > d2 else (less, force - less, energy)
+        share = d_in / (d_in - d_out)
+        force = 0.5 * contact.Ks * d_in * share
+        f_out, energy = force * share / 3.0, force * d_in / 3.0
+        return (force - f_out, f_out, energy) if d1 > d2 else (f_out, force - f_out, energy)
     f1, f2 = point_force(contact.K, contact.n, d1), point_force(contact.K, contact.n, d2)
     return f1, f2, (f1 * max(d1, 0.0) + f2 * max(d2, 0.0)) / (contact.n + 1.0)
 

@@ -14,9 +14,9 @@ the other margins, with gap' and slip of the resultant's point. The journal's ga
 pin is centred; in its place stands (c^2 - e^2) / 2 c, which has the same zero, slope and sign and is smooth.
 
 Most steps are settled by their stages, without dense output (`unsettled`). A gap is compared with the cubic
-Hermite polynomial of both ends, a rate or slip with the straight line. What the interior stages deviate from
-it, over the shape 16 x^2 (1 - x)^2 or 4 x (1 - x) of such an interpolant's error, estimates that error; twice
-the largest is taken off, and the Bernstein coefficients of what is left must be positive. Where the stages
+Hermite polynomial of both ends, a rate or slip with the straight line. The deviation of the interior stages
+from it, over the shape 16 x^2 (1 - x)^2 or 4 x (1 - x) of such an interpolant's error, estimates that error;
+twice the largest is subtracted, and the Bernstein coefficients of the rest must be positive. Where the stages
 are less accurate than the step's end, more steps than necessary are looked at closely.
 """
 
@@ -127,17 +127,17 @@ def gap_is_settled(contact: Contact, mode: Mode, k: int, h: float, touches: Reco
     """Return whether the gap of contact `k` certainly keeps its sign within a step of `h` (s)."""
     first, last = touches[0, k], touches[END, k]
     p0, p1 = smooth_gap(contact, mode, first), smooth_gap(contact, mode, last)
-    ahead = -h if mode.inside else h
-    d0 = ahead * (first.rate * (1.0 - first.gap / contact.clearance))
-    d1 = ahead * (last.rate * (1.0 - last.gap / contact.clearance))
+    signed_h = -h if mode.inside else h
+    d0 = signed_h * (first.rate * (1.0 - first.gap / contact.clearance))
+    d1 = signed_h * (last.rate * (1.0 - last.gap / contact.clearance))
     # Bernstein coefficients of the quartic except the middle one, which the error lowers.
     if p0 < -LOCATED or p1 < -LOCATED or p0 + 0.25 * d0 <= 0.0 or p1 - 0.25 * d1 <= 0.0:
         return False
     error = 0.0
     for i in range(_X.size):
         cubic = _HERMITE[0, i] * p0 + _HERMITE[1, i] * d0 + _HERMITE[2, i] * p1 + _HERMITE[3, i] * d1
-        away = abs(smooth_gap(contact, mode, touches[_FIRST + i, k]) - cubic) * _CUBIC_WEIGHT[i]
-        error = max(error, away)
+        deviation = abs(smooth_gap(contact, mode, touches[_FIRST + i, k]) - cubic) * _CUBIC_WEIGHT[i]
+        error = max(error, deviation)
     return bool(0.5 * (p0 + p1) + (d0 - d1) / 6.0 > _SAFETY * error * 16.0 / 6.0)
 
 
@@ -150,8 +150,8 @@ def speed_is_settled(
     if p0 == math.inf:
         return True
     p1 = margin(contacts, modes, touches[END], k, number, scale)
-    located = located_to(contacts[k], number)
-    if p0 < -located or p1 < -located:
+    accuracy = located_to(contacts[k], number)
+    if p0 < -accuracy or p1 < -accuracy:
         return False
     error = 0.0
     for i in range(_X.size):
@@ -164,10 +164,10 @@ def speed_is_settled(
 def unsettled(
     contacts: Records, modes: Records, touches: Records, h: float, scales: Array, flags: NDArray[np.bool_]
 ) -> bool:
-    """Return whether it is not certain that all modes last throughout a step of `h` (s).
+    """Return whether a mode may end within a step of `h` (s).
 
     `touches` are the states of the contacts at its nodes. Write `scales`, the `pull_scale` of each contact,
-    and `flags`, shape (contacts MARGINS,): whether a margin is not settled.
+    and `flags`, shape (contacts MARGINS,): true for each margin that is not settled.
     """
     any_unsettled = False
     for k in range(contacts.size):

@@ -139,16 +139,16 @@ def assemble(
     ideal, size = (len(pins) - len(springs), len(guides)), 3 * len(bodies)
     rows = 2 * sum(ideal) + (drive[1] != 0.0)
     pins, guides, places, contact = [*pins], [*guides], [], 0
-    measured = rows + 2 * (len(springs) + sum(len(joint) == 4 for joint in loose))
+    guide_row = rows + 2 * (len(springs) + sum(len(joint) == 4 for joint in loose))
     for joint in loose:
         if len(joint) == 4:
             places.append((contact, rows + 2 * (len(pins) - ideal[0]), len(pins)))
             pins, contact = [*pins, joint], contact + 1
         else:
-            places.append((contact, measured + 2 * (len(guides) - ideal[1]), -1))
+            places.append((contact, guide_row + 2 * (len(guides) - ideal[1]), -1))
             i, j, (nx, ny, _, angle) = joint
             guides, contact = [*guides, joint, (i, j, (ny, -nx, 0.0, angle))], contact + 4
-    every = rows + 2 * (len(pins) + len(guides) - sum(ideal))
+    n_rows = rows + 2 * (len(pins) + len(guides) - sum(ideal))
     weights = np.zeros(size)
     weights[1::3] = [-gravity * mass for mass, _ in bodies]
     return Linkage(
@@ -170,13 +170,13 @@ def assemble(
         theta0=drive[2],
         alpha=baumgarte[0],
         beta=baumgarte[1],
-        phi=np.empty(every),
-        rate=np.empty(every),
-        gamma=np.empty(every),
+        phi=np.empty(n_rows),
+        rate=np.empty(n_rows),
+        gamma=np.empty(n_rows),
         lambdas=np.empty(rows),
         pulls=np.zeros((len(springs) + 2 * len(loose), 2)),
         applied=np.empty(size),
-        jacobian=np.zeros((every, size)),
+        jacobian=np.zeros((n_rows, size)),
         matrix=np.empty((rows, rows)),
     )
 
@@ -328,7 +328,7 @@ def solve(model: Linkage, acceleration: Array) -> None:
 @inlined
 def pull_springs(model: Linkage) -> float:
     """Add the forces of the springs, whose rows are evaluated, to Q; return the power that they lose, W."""
-    lost = 0.0
+    loss = 0.0
     for k in range(model.springs.shape[0]):
         row, pull = model.lambdas.size + 2 * k, model.pulls[k]
         x, y, damping = model.phi[row], model.phi[row + 1], model.springs[k, 2]
@@ -336,10 +336,10 @@ def pull_springs(model: Linkage) -> float:
         ux, uy = (x / length, y / length) if length > 0.0 else (0.0, 0.0)
         rate = ux * model.rate[row] + uy * model.rate[row + 1]
         pull[0], pull[1] = model.springs[k, 0] * (length - model.springs[k, 1]) + damping * rate, length
-        lost += damping * rate * rate
+        loss += damping * rate * rate
         for i in range(model.applied.size):
             model.applied[i] -= pull[0] * (ux * model.jacobian[row, i] + uy * model.jacobian[row + 1, i])
-    return lost
+    return loss
 
 
 @inlined
@@ -353,10 +353,10 @@ def push_contacts(model: Linkage, v: Array, modes: Records, touches: Records) ->
     for k in range(model.loose.shape[0]):
         (first, row, pin), pulls = model.loose[k], model.pulls[model.springs.shape[0] + 2 * k :]
         if pin < 0:
-            own = slice(first, first + 4)
+            ks = slice(first, first + 4)
             # In a frame of the guide with y along it.
             pose = -phi[row], phi[row + 2], phi[row + 1], -rate[row], rate[row + 2], rate[row + 1]
-            Fx, Fy, M, lost, rubbed = slider_forces(model.contacts[own], pose, modes[own], touches[own])
+            Fx, Fy, M, loss, friction_loss = slider_forces(model.contacts[ks], pose, modes[ks], touches[ks])
             pulls[0, 0], pulls[0, 1] = -Fx, M
             for i in range(applied.size):
                 applied[i] += Fy * jacobian[row + 2, i] - Fx * jacobian[row, i] + M * jacobian[row + 1, i]
@@ -365,7 +365,7 @@ def push_contacts(model: Linkage, v: Array, modes: Records, touches: Records) ->
             w = v[3 * journal + 2] if journal != FRAME else 0.0, v[3 * bearing + 2]
             ex, ey, de = -phi[row], -phi[row + 1], (-rate[row], -rate[row + 1])
             nx, ny = journal_motion(contact, (ex, ey), de, w, touch)
-            Gx, Gy, lost, rubbed = journal_force(contact, modes[first], nx, ny, touch)
+            Gx, Gy, loss, friction_loss = journal_force(contact, modes[first], nx, ny, touch)
             pulls[0, 0], pulls[0, 1], pulls[1, 0], pulls[1, 1] = ex, ey, Gx, Gy
             for i in range(applied.size):
                 applied[i] += Gx * jacobian[row, i] + Gy * jacobian[row + 1, i]
@@ -373,8 +373,8 @@ def push_contacts(model: Linkage, v: Array, modes: Records, touches: Records) ->
             applied[3 * bearing + 2] -= contact.radius * touch.friction
             if journal != FRAME:
                 applied[3 * journal + 2] += (contact.radius - contact.clearance + touch.gap) * touch.friction
-        damping += lost
-        friction += rubbed
+        damping += loss
+        friction += friction_loss
     return damping, friction
 
 

@@ -22,7 +22,7 @@ from reference_model.results import (
     JOURNAL_CHANNELS,
     MOTION,
     Extrema,
-    begun_cycles,
+    count_cycles,
 )
 from reference_model.state import WORKS, WORST, Records, Rows, Run
 from reference_model.workpiece import load_force
@@ -42,19 +42,19 @@ class Pulses:
     def __init__(self, contacts: Sequence[Contact]) -> None:
         self._contacts = contacts
         self._forces: list[list[Array]] = [[] for _ in contacts]
-        self._noted = [0] * len(contacts)
+        self._counts = [0] * len(contacts)
 
     def note(self, times: Array, purpose: NDArray[np.int64], touches: Records) -> None:
         """Add the rows for extrema in which a contact is closed, at times since t = 0 (s)."""
-        noted = (purpose & EXTREMUM) > 0
+        mask = (purpose & EXTREMUM) > 0
         for k, contact in enumerate(self._contacts):
-            closed = noted & ((purpose & (CLOSED << k)) > 0)
-            if self._noted[k] < _NOTES and closed.any():
+            closed = mask & ((purpose & (CLOSED << k)) > 0)
+            if self._counts[k] < _NOTES and closed.any():
                 force = touches["normal"][closed, k]
                 if contact.one_side:
                     force = force + touches["normal"][closed, contact.other]
                 self._forces[k].append(np.stack([times[closed], force]))
-                self._noted[k] += force.size
+                self._counts[k] += force.size
 
     def table(self, events: dict[str, Array], numbers: Array) -> dict[str, Array]:
         """Return the normal forces of the contacts by row of the event table.
@@ -63,21 +63,21 @@ class Pulses:
         """
         row, time, force = [], [], []
         for k in range(len(self._contacts)):
-            mine = np.flatnonzero(numbers == k)
-            if self._forces[k] and mine.size:
+            contact_rows = np.flatnonzero(numbers == k)
+            if self._forces[k] and contact_rows.size:
                 t, f = np.concatenate(self._forces[k], axis=1)
-                at = np.maximum(np.searchsorted(events["start"][mine], t, side="left") - 1, 0)
+                at = np.maximum(np.searchsorted(events["start"][contact_rows], t, side="left") - 1, 0)
                 # The last contact has only a part of its forces if the limit was reached in it.
-                whole = at < at[-1] if self._noted[k] >= _NOTES else np.ones(at.shape, np.bool_)
-                row.append(mine[at[whole]])
+                whole = at < at[-1] if self._counts[k] >= _NOTES else np.ones(at.shape, np.bool_)
+                row.append(contact_rows[at[whole]])
                 time.append(t[whole])
                 force.append(f[whole])
         if not row:
             return {"row": np.empty(0, dtype=np.int64), "time": np.empty(0), "force": np.empty(0)}
         rows, times, forces = (np.concatenate(part) for part in (row, time, force))
         order = np.lexsort((times, rows))
-        new = (np.diff(rows[order], prepend=-1) > 0) | (np.diff(times[order], prepend=-1.0) > 0.0)
-        order = order[new]
+        distinct = (np.diff(rows[order], prepend=-1) > 0) | (np.diff(times[order], prepend=-1.0) > 0.0)
+        order = order[distinct]
         return {"row": rows[order], "time": times[order], "force": np.maximum(forces[order], 0.0)}
 
 
@@ -91,9 +91,9 @@ class Observation:
         self._model, self._p, self._m, self._load = model, p, p.mechanism, p.load
         self._names, self._run, self._contacts = names, run, p.contacts
         self.samples = np.zeros((len(names), samples))
-        """Shape (names, samples); the first `sampled` of them are filled."""
-        self.sampled = 0
-        self.extrema = Extrema(len(names), begun_cycles(p), p.period)
+        """Shape (names, samples); the first `n_samples` of them are filled."""
+        self.n_samples = 0
+        self.extrema = Extrema(len(names), count_cycles(p), p.period)
         self.drift: dict[str, float] | None = None
         """Largest violation of the constraints (m, m/s) and its time (s); None without constraints."""
         if isinstance(model, Linkage):
@@ -101,15 +101,15 @@ class Observation:
         self.pulses = Pulses(p.contacts)
         self._last = np.empty((7, 0))
         self._start = self._bodies(np.zeros(1), run.nodes.y[:1].T)
-        self._stored, self._flow = -1.0, float(kinetic_energy(self._m, self._start).sum())
+        self._contact0, self._flow = -1.0, float(kinetic_energy(self._m, self._start).sum())
         self._imbalance = (0.0, 0.0, -1)
 
     def take(self, rows: Rows) -> None:
         """Add rows to samples, extrema, pulses and worst values."""
         if not rows.times.size:
             return
-        if self._stored < 0.0:
-            self._stored = float(rows.touches["stored"][0].sum())
+        if self._contact0 < 0.0:
+            self._contact0 = float(rows.touches["stored"][0].sum())
         parts = (rows.purposes & PART) > 0
         if parts.any():
             self._widen_parts((rows.times + rows.cycles)[parts], rows.slider[parts])
@@ -117,9 +117,9 @@ class Observation:
         purpose, times = rows.purposes, rows.times + rows.cycles
         values = self._channels(rows)
         # The end of the run is recorded as a sample, even if rounding puts another one just before it.
-        kept = values[:, (purpose & SAMPLE) > 0][:, : self.samples.shape[1] - self.sampled]
-        self.samples[:, self.sampled : self.sampled + kept.shape[1]] = kept
-        self.sampled += kept.shape[1]
+        samples = values[:, (purpose & SAMPLE) > 0][:, : self.samples.shape[1] - self.n_samples]
+        self.samples[:, self.n_samples : self.n_samples + samples.shape[1]] = samples
+        self.n_samples += samples.shape[1]
         self._widen(purpose, times, values)
         self.pulses.note(times, purpose, rows.touches)
         self._note_energy()
@@ -134,8 +134,8 @@ class Observation:
         return all_bodies(self._model, self._m, times, y, np.zeros_like(y) if dy is None else dy)
 
     def _energies(self, bodies: Array, touches: Records, works: Array) -> Array:
-        driven, stored = 3 if isinstance(self._model, Minimal) else 0, touches["stored"].T.sum(0)
-        return energies(self._m, self._load, bodies, self._start, (stored, self._stored), works, driven)
+        n_driven, contact = 3 if isinstance(self._model, Minimal) else 0, touches["stored"].T.sum(0)
+        return energies(self._m, self._load, bodies, self._start, (contact, self._contact0), works, n_driven)
 
     def _channels(self, rows: Rows) -> Array:
         """Return the channels, shape (names, n)."""
@@ -169,10 +169,10 @@ class Observation:
         return reactions(self._m, bodies, Fx, Fy, ideal_slider=self._p.ideal_slider, journal=journal)
 
     def _widen(self, purpose: NDArray[np.int64], times: Array, values: Array) -> None:
-        """Widen the extrema by all rows with that purpose, and by the turning points between them."""
-        chosen = (purpose & EXTREMUM) > 0
-        if not chosen.all():
-            times, values = times[chosen], values[:, chosen]
+        """Widen the extrema by the rows for them, and by the turning points between these."""
+        mask = (purpose & EXTREMUM) > 0
+        if not mask.all():
+            times, values = times[mask], values[:, mask]
         self.extrema.widen(times, values)
         order = np.argsort(times, kind="stable")
         motion = np.concatenate([self._last, np.vstack([values[:6, order], times[order]])], axis=1)
@@ -194,8 +194,8 @@ class Observation:
         y = nodes.y[:1].T
         balance = self._energies(self._bodies(clock["time"], y), nodes.touches[:1], y[-WORKS:])[:, 0]
         # Without losses the accuracy of the balance is that of the energies that flow through it.
-        _, gravity, kinetic, _, pressed, damping, friction, residual = balance.tolist()
-        self._flow = max(self._flow, damping + friction, kinetic, abs(gravity), pressed)
+        _, gravity, kinetic, _, load, damping, friction, residual = balance.tolist()
+        self._flow = max(self._flow, damping + friction, kinetic, abs(gravity), load)
         share = abs(residual) / self._flow
         if not share <= self._imbalance[0]:
             self._imbalance = share, float((clock["time"] + clock["cycle"])[0]), -1

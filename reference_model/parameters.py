@@ -38,9 +38,9 @@ class Contact(NamedTuple):
     law: int
     """Number of the contact law, such as HERTZ_CORNERS."""
     one_side: bool
-    """Whether the two corners of a side are one contact."""
+    """True if the two corners of a side are one contact."""
     lossless: bool
-    """Whether the contact has no damping."""
+    """True if the contact has no damping."""
     other: int
     """Number among the four corners of the other one on the same side; -1: a journal in its bearing."""
     K: float
@@ -105,11 +105,11 @@ class Parameters:
     cycles: float
     ideal_slider: bool
     ideal_pin: bool
-    """Whether the crank pin A is an ideal revolute."""
+    """True if the crank pin A is an ideal revolute."""
     groups: frozenset[str]
     samples_per_cycle: int
     multipliers: bool
-    """Whether the scene asks for the paper's formulation with multipliers instead of the smallest one."""
+    """True if the scene asks for the paper's formulation with multipliers instead of the smallest one."""
     method: str
     """Integrator: "dop853", compiled, or one of `SCIPY_METHODS`."""
     tolerance: float
@@ -196,10 +196,10 @@ def read_parameters(scene: Mapping[str, Any]) -> Parameters:
 
 
 def require_known(*rows: tuple[str, Any, tuple[str, ...]]) -> None:
-    """Raise if the value of a key is none of the known ones."""
-    for key, value, known in rows:
-        if value not in known:
-            raise ValueError(f"{key} = {value!r} is not simulated by the reference model; use one of {known}")
+    """Raise if the value of a key is none of its names."""
+    for key, value, names in rows:
+        if value not in names:
+            raise ValueError(f"{key} = {value!r} is not simulated by the reference model; use one of {names}")
 
 
 def require_tolerance(tolerance: float) -> None:
@@ -248,10 +248,10 @@ def _read_corners(scene: Mapping[str, Any], guide: float) -> tuple[Contact, ...]
     )
     Ks = (float(slider["thickness"]) + float(slider["length"])) / (0.475 * compliance)
     corner = corner._replace(Ks=Ks, one_side=corner.law == FOUNDATION)
-    return _four(corner, half_width, half_length, guide, float(scene["clearance"]["slider"]))
+    return _four_corners(corner, half_width, half_length, guide, float(scene["clearance"]["slider"]))
 
 
-def _four(
+def _four_corners(
     corner: Contact, half_width: float, half_length: float, line: float, clearance: float
 ) -> tuple[Contact, ...]:
     half_guide = half_width + clearance
@@ -285,8 +285,8 @@ def _journal(scene: Mapping[str, Any], journal: float, pin: float, mass: float, 
 
 def read_clearance(name: str, clearance: Mapping[str, Any], body: Mapping[str, Any]) -> dict[str, Contact]:
     """Return the contacts of a linkage's clearance by name: of a guide its body's corners, or a journal."""
-    contact, size, own = clearance["contact"], float(clearance["size"]), f"clearance.{name}.contact.law"
-    require_known((own, contact["law"], (LAWS[HERTZ_CORNERS], LAWS[ADAMS_IMPACT])))
+    contact, size, key = clearance["contact"], float(clearance["size"]), f"clearance.{name}.contact.law"
+    require_known((key, contact["law"], (LAWS[HERTZ_CORNERS], LAWS[ADAMS_IMPACT])))
     if "length" not in clearance:
         radius, mass = float(clearance["journal_radius"]), float(body["mass"])
         return {name: _journal(clearance, radius, size, mass, arm=1.0)}
@@ -294,8 +294,8 @@ def read_clearance(name: str, clearance: Mapping[str, Any], body: Mapping[str, A
     stiffness = point_stiffness(2.0 * _compliance(contact, "guide"), float(clearance["corner_radius"]))
     mass, law = float(body["inertia"]) / half_length**2, LAWS.index(contact["law"])
     corner = _contact(clearance, law, stiffness, mass, arm=half_length)
-    corners = _four(corner, half_width, half_length, 0.0, size)
-    return {f"{name}.{of}": each for of, each in zip(CORNERS, corners, strict=True)}
+    corners = _four_corners(corner, half_width, half_length, 0.0, size)
+    return {f"{name}.{corner}": contact for corner, contact in zip(CORNERS, corners, strict=True)}
 
 
 def _contact(scene: Mapping[str, Any], law: int, stiffness: float, mass: float, arm: float) -> Contact:

@@ -68,7 +68,7 @@ def read_linkage(scene: Mapping[str, Any]) -> Assembly:
         *(("output.groups", group, GROUPS) for group in scene["output"]["groups"]),
     )
     require_tolerance(solver["tolerance"])
-    number = {name: i for i, name in enumerate(bodies)} | {"frame": FRAME}
+    numbers = {name: i for i, name in enumerate(bodies)} | {"frame": FRAME}
     centroids = {name: body["centroid"] for name, body in bodies.items()} | {"frame": (0.0, 0.0)}
     springs, load, clearances = scene.get("spring", {}), scene.get("load"), scene.get("clearance", {})
     pins, guides = dict[str, PinOf](), dict[str, GuideOf]()
@@ -77,16 +77,16 @@ def read_linkage(scene: Mapping[str, Any]) -> Assembly:
         for name, _, at in (end.partition(".") for end in joint["joins"]):
             points = {"centroid": centroids[name], "": joint.get("point", (0.0, 0.0))}
             points |= bodies[name]["points"] if at else {}
-            ends = [number[name], np.subtract(points[at], centroids[name]), *ends]
+            ends = [numbers[name], np.subtract(points[at], centroids[name]), *ends]
         pins[key] = tuple(ends)
     for key, guide in scene.get("guide", {}).items():
         on, direction = guide.get("on", "frame"), guide["direction_deg"]
         n = -math.sin(math.radians(direction)), math.cos(math.radians(direction))
         offset = float(np.dot(n, np.subtract(guide["point"], centroids[on])))
         angle = math.radians(guide.get("angle_deg", direction))
-        guides[key] = number[guide["body"]], number[on], (*n, offset, angle)
-    given, driven = scene.get("initial", {}), drive.get("body") or "frame"
-    theta0 = math.radians(given.get(driven, {}).get("angle_deg", 0.0))
+        guides[key] = numbers[guide["body"]], numbers[on], (*n, offset, angle)
+    initial, driven = scene.get("initial", {}), drive.get("body") or "frame"
+    theta0 = math.radians(initial.get(driven, {}).get("angle_deg", 0.0))
     degrees, torques = np.transpose(drive.get("torque_table") or [(0.0, drive.get("torque") or 0.0)])
     surface = 0.0 if len(torques) > 1 else -math.inf  # below which a load has kinks
 
@@ -95,19 +95,19 @@ def read_linkage(scene: Mapping[str, Any]) -> Assembly:
             bodies=[(body["mass"], body["inertia"]) for body in bodies.values()],
             pins=[pin for name, pin in pins.items() if name not in loose],
             guides=[guide for name, guide in guides.items() if name not in loose],
-            drive=(number[driven], (drive.get("speed_rpm") or 0.0) * 2.0 * math.pi / 60.0, theta0),
+            drive=(numbers[driven], (drive.get("speed_rpm") or 0.0) * 2.0 * math.pi / 60.0, theta0),
             gravity=scene["environment"]["gravity"],
             springs=[(one["stiffness"], one["length"], one.get("damping", 0.0)) for one in springs.values()],
             loose=[(pins | guides)[name] for name in loose],
         )._replace(
             contacts=contact_list(tuple(contacts.values())),
             load=read_load(load) if load else NO_LOAD,
-            slider=number[load["body"]] if load else 0,
+            slider=numbers[load["body"]] if load else 0,
             torque=Load(surface, torques[0], 1.0, 0.0, np.radians(degrees), torques - torques[0]),
         )
 
     places = [[body["centroid"], *body["points"].values()] for body in bodies.values()]
-    size = max(math.dist(a, b) for own in places for a in own for b in own) or 1.0
+    size = max(math.dist(a, b) for points in places for a in points for b in points) or 1.0
     start, contacts = _start(build({}, {}), size, scene), dict[str, Contact]()
     for name, clearance in clearances.items():
         contacts |= read_clearance(name, clearance, bodies[[*bodies][(pins | guides)[name][0]]])
@@ -126,7 +126,7 @@ def _units(model: Linkage, size: float) -> tuple[Array, Array]:
 
 
 def _offsets(scene: Mapping[str, Any], rows: int) -> Array:
-    """Return what Phi and Phi' of ideal joints are at the start, shape (2, rows); raise as `read_linkage`."""
+    """Return Phi and Phi' of ideal joints' rows at the start, shape (2, rows); raise as `read_linkage`."""
     pins, guides, out = [*scene.get("pin", {})], [*scene.get("guide", {})], np.zeros((2, rows))
     for name, start in scene.get("clearance", {}).items():
         if name in pins:
@@ -143,7 +143,7 @@ def _offsets(scene: Mapping[str, Any], rows: int) -> Array:
     return out
 
 
-def _given(scene: Mapping[str, Any], table: str, *keys: str) -> dict[int, float]:
+def _values(scene: Mapping[str, Any], table: str, *keys: str) -> dict[int, float]:
     """Return the values of three keys by their index in q or q'; m, rad and s."""
     return {
         3 * [*scene["body"]].index(body) + k: math.radians(values[key]) if key == "angle_deg" else values[key]
@@ -159,47 +159,47 @@ def _start(model: Linkage, size: float, scene: Mapping[str, Any]) -> Array:
     All joints of `model` are ideal, except for the offsets of clearances.
     """
     rows, columns, turn = model.rows, model.masses.size, 3 * model.driven + 2
-    known, rates = _given(scene, "initial", *_PLACE), _given(scene, "initial", "vx", "vy", "omega")
+    positions, rates = _values(scene, "initial", *_PLACE), _values(scene, "initial", "vx", "vy", "omega")
     q, v, by_speed, free = np.zeros(columns), np.zeros(columns), int(model.omega != 0.0), columns - rows
-    by_default = by_speed and turn not in known
+    by_default = by_speed and turn not in positions
     if by_speed:
-        known[turn] = model.theta0
-    for k, value in (_given(scene, "guess", *_PLACE) | known).items():
+        positions[turn] = model.theta0
+    for k, value in (_values(scene, "guess", *_PLACE) | positions).items():
         q[k] = value
-    units, fixed, at = np.array([size, size, 1.0] * (columns // 3)), np.eye(columns), [*known]
+    units, identity, indices = np.array([size, size, 1.0] * (columns // 3)), np.eye(columns), [*positions]
     (ratio, row_units), (places, shifts) = _units(model, size), _offsets(scene, rows)
-    # First with ideal joints, whose assembly it is that the guess chooses.
+    # First with ideal joints: the guess chooses among their assemblies.
     for target in [0.0 * places, places] if places.any() else [places]:
         for _ in range(100):
-            matrix = np.vstack([jacobian(model, q) * ratio, fixed[at]])
+            matrix = np.vstack([jacobian(model, q) * ratio, identity[indices]])
             errors = np.append(
-                (model.phi[:rows] - target) / row_units, (q[at] - [*known.values()]) / units[at]
+                (model.phi[:rows] - target) / row_units, (q[indices] - [*positions.values()]) / units[indices]
             )
-            wrong = float(np.abs(errors).max(initial=0.0))
-            if wrong <= 0.01 * _ASSEMBLED or not math.isfinite(wrong):
+            error = float(np.abs(errors).max(initial=0.0))
+            if error <= 0.01 * _ASSEMBLED or not math.isfinite(error):
                 break
             step = np.linalg.lstsq(matrix, errors)[0]
             q -= units * step / max(1.0, np.abs(step[2::3]).max())
-    dependent, assembled = rows - _rank(matrix[:rows]), wrong <= _ASSEMBLED
-    if dependent and (assembled or free < 0):
-        count = f"{dependent} of {rows} rows of the constraints are dependent at the start"
+    n_dependent, assembled = rows - _rank(matrix[:rows]), error <= _ASSEMBLED
+    if n_dependent and (assembled or free < 0):
+        count = f"{n_dependent} of {rows} rows of the constraints are dependent at the start"
         raise ValueError(f"pin: too many constraints, or a singular position: {count}")
     at_rest = not by_speed and not rates
     if at_rest and shifts.any():  # of clearances, while the coordinates that are given rest
-        at_rest, rates = False, dict.fromkeys(known, 0.0)
-    if len(known) != free + by_speed or not (at_rest or len(rates) == free):
+        at_rest, rates = False, dict.fromkeys(positions, 0.0)
+    if len(positions) != free + by_speed or not (at_rest or len(rates) == free):
         needs, has = (f"{n} position{'s' * (n != 1)} and {m} rate{'s' * (m != 1)}"
-                      for n, m in ((free + by_speed, free), (len(known), len(rates))))  # fmt: skip
+                      for n, m in ((free + by_speed, free), (len(positions), len(rates))))  # fmt: skip
         rest = "" if by_speed or not free else ", or no rate at rest"
         raise ValueError(f"initial: this linkage needs {needs}{rest}, and has {has}")
     if not assembled:
         zero = "; [initial] gives no angle of the driven body, so it is 0"
         raise ValueError(
-            f"guess: the linkage cannot be assembled: joints stay apart by {wrong:.1g} of its size"
+            f"guess: the linkage cannot be assembled: joints stay apart by {error:.1g} of its size"
             f"{zero if by_default else ' with the values of [initial]'}"
         )
-    moving = np.vstack([matrix[:rows], fixed[[*rates]]])
-    if _rank(matrix) < columns or not (at_rest or _rank(moving) == columns):
+    rate_matrix = np.vstack([matrix[:rows], identity[[*rates]]])
+    if _rank(matrix) < columns or not (at_rest or _rank(rate_matrix) == columns):
         raise ValueError("initial: the values given do not determine the start")
     for k, name in enumerate(scene.get("spring", {})):
         if model.springs[k, 1] > 0.0 and math.hypot(*model.phi[rows + 2 * k :][:2]) <= _ASSEMBLED * size:
@@ -208,7 +208,7 @@ def _start(model: Linkage, size: float, scene: Mapping[str, Any]) -> Array:
         right = np.append(
             -(model.rate[:rows] - shifts) / row_units, [value / units[k] for k, value in rates.items()]
         )
-        v = units * np.linalg.solve(moving, right)
+        v = units * np.linalg.solve(rate_matrix, right)
     return np.concatenate([q, v])
 
 

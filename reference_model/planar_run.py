@@ -49,7 +49,7 @@ PARTS = 6
 LOCKING = 0.1
 """Singular value, relative to that at the start, below which a speed drive may be about to lock."""
 AHEAD = 1e-4
-"""Longest time (s) before a lock at which steps that cover less than what is left end the run."""
+"""Longest time (s) before a lock at which steps that cover less than the remaining time end the run."""
 _STEPS = 128
 """Steps after which the compiled integrator returns."""
 _REMEDIES = {
@@ -78,7 +78,7 @@ def correct(model: Linkage, errors: Array, values: Array, change: Array) -> None
 
 @inner
 def project(model: Linkage, t: float, y: Array, change: Array) -> bool:
-    """Move a state at `t` (s) onto the constraints and their rates; return whether it is there."""
+    """Move a state at `t` (s) onto the constraints and their rates; return whether this succeeds."""
     size, drift, rounding = model.masses.size, math.inf, 1e-12 + 1e-15 * abs(model.omega) * t
     q, v = y[:size], y[size : 2 * size]
     constraints(model, t, q, v)
@@ -163,18 +163,18 @@ def advance(
     With each row go the multipliers and `pulls`, shape (n, rows + pulls), and the constraints' Jacobian, (n,
     rows, columns).
     """
-    contacts, modes, place, located = model.contacts, run.modes, NONE, 0
+    contacts, modes, place, n_located = model.contacts, run.modes, NONE, 0
     nodes, clock, counters, y, dy = run.nodes, run.clock[0], run.counters[0], run.nodes.y, run.nodes.dy
-    t, h, planned, status, turn = clock.time, clock.step, 0.0, integrate.REACHED, 3 * model.driven + 2
+    t, h, next_h, status, turn = clock.time, clock.step, 0.0, integrate.REACHED, 3 * model.driven + 2
     if not counters.started:
         evaluate_nodes(model, t, 0.0, START, START, modes, nodes)
         if contacts.size > 0:
             begin(contacts, run)
             evaluate_nodes(model, t, 0.0, START, START, modes, nodes)
         counters.started = True
-    switched = counters.switches
+    last_switches = counters.switches
     while t < t_end:
-        status = integrate.stop_code(run, settings, switched)
+        status = integrate.stop_code(run, settings, last_switches)
         if status != integrate.REACHED:
             break
         h = min(h, settings.largest)
@@ -195,7 +195,7 @@ def advance(
             d0, d1, later = -h * dy[START, turn], -h * dy[END, turn], angle + y[START, turn] - y[END, turn]
             share = min(share, share_to_kink(model.torque, angle, d0, later, d1))
             if share < 1.0 and t + share * h > t:
-                h, planned, place = share * h, max(planned, h), NONE
+                h, next_h, place = share * h, max(next_h, h), NONE
                 continue
             if contacts.size > 0:
                 there = project(model, end, y[END], dy[POINT])
@@ -205,46 +205,46 @@ def advance(
                 dense(1.0, y.shape[1], y, run.f)
                 there = project(model, end, y[POINT], dy[POINT])
             elif there and unsettled(contacts, modes, nodes.touches, h, run.scales, run.unsettled):
-                share, ends = first_end(model, t, h, run) if located < integrate.LOCATIONS else (1.0, place)
+                share, ends = first_end(model, t, h, run) if n_located < integrate.LOCATIONS else (1.0, place)
                 if ends != NONE or t + share * h > t:
                     place = ends if ends != NONE or share < 1.0 else place
                     if share < 1.0:
-                        planned = max(planned, h * min(3.0, 0.9 * factor)) if located == 0 else planned
-                        h, located = share * h, located + 1
+                        next_h = max(next_h, h * min(3.0, 0.9 * factor)) if n_located == 0 else next_h
+                        h, n_located = share * h, n_located + 1
                         if t + h == t:
-                            h = integrate.change_mode(model, run, t, planned, place, settings.tolerance)
-                            place, located, planned = NONE, 0, 0.0
+                            h = integrate.change_mode(model, run, t, next_h, place, settings.tolerance)
+                            place, n_located, next_h = NONE, 0, 0.0
                         continue
         if not there:
             counters.rejected += 1
             factor = factor if error > 0.0 else 0.0
-            h, planned, place, located = h * min(0.5, max(0.2, 0.9 * factor)), 0.0, NONE, 0
+            h, next_h, place, n_located = h * min(0.5, max(0.2, 0.9 * factor)), 0.0, NONE, 0
             if t + 0.1 * h == t:
                 status = integrate.STEP_TOO_SMALL
                 break
             continue
         if place != NONE and not has_ended(contacts, modes, nodes.touches[END], place, run.scales):
-            place, planned = NONE, min(planned, h)
+            place, next_h = NONE, min(next_h, h)
         accept(model, run, t, end, h, forces, jacobians)
-        t, h, planned = end, max(h * min(3.0, 0.9 * factor), planned), 0.0
-        switched = counters.switches
+        t, h, next_h = end, max(h * min(3.0, 0.9 * factor), next_h), 0.0
+        last_switches = counters.switches
         if integrate.nothing_touches(modes):
             clock.flight_step = h
         if place != NONE:
             h = integrate.change_mode(model, run, t, h, place, settings.tolerance)
-        place, located = NONE, 0
+        place, n_located = NONE, 0
     clock.time, clock.step = t, h
     return status
 
 
 def singular_time(assembly: Assembly, times: Array, y: Array, jacobians: Array) -> float:
-    """Return when (s) a singular value first has a minimum near zero, or a drive locks; else infinity.
+    """Return the time (s) of the first minimum of a singular value near zero, or of a lock; else infinity.
 
     Times (steps, PARTS + 1), states and Jacobians are those of whole steps.
     """
     if len(times):  # short steps hardly change the Jacobian, nor by Weyl's inequality its singular values
-        moved = np.linalg.norm((jacobians - jacobians[0, 0]) * assembly.units, axis=(2, 3)).max()
-        if assembly.sigma(jacobians[0, 0]) - 2.0 * moved / assembly.smallest > LOCKING:
+        largest_change = np.linalg.norm((jacobians - jacobians[0, 0]) * assembly.units, axis=(2, 3)).max()
+        if assembly.sigma(jacobians[0, 0]) - 2.0 * largest_change / assembly.smallest > LOCKING:
             return math.inf
     sigma, size = assembly.sigma(jacobians), assembly.model.masses.size
     around = np.pad(sigma, ((0, 0), (1, 1)), constant_values=np.inf)
@@ -255,8 +255,8 @@ def singular_time(assembly: Assembly, times: Array, y: Array, jacobians: Array) 
         from scipy.interpolate import CubicHermiteSpline
         from scipy.optimize import minimize_scalar
 
-        near = slice(max(k - 1, 0), k + 2)
-        t, states = times[step, near], y[step, near]
+        neighbours = slice(max(k - 1, 0), k + 2)
+        t, states = times[step, neighbours], y[step, neighbours]
         path = CubicHermiteSpline(t, states[:, :size], states[:, size : 2 * size])
         lower = minimize_scalar(
             lambda at, path=path: assembly.sigma(jacobian(assembly.model, path(at))),
@@ -264,15 +264,15 @@ def singular_time(assembly: Assembly, times: Array, y: Array, jacobians: Array) 
         )  # fmt: skip
         inside = lower.fun < sigma[step, k]
         # At the end of a step it may fall further in the next one; in the last it does where a drive locks.
-        known = inside or k < PARTS or step == len(times) - 1
-        if known and min(lower.fun, sigma[step, k]) < SINGULAR:
+        is_minimum = inside or k < PARTS or step == len(times) - 1
+        if is_minimum and min(lower.fun, sigma[step, k]) < SINGULAR:
             return float(lower.x if inside else times[step, k])
     # Where a drive locks, the square of the singular value falls at a finite rate; steps at round-off creep.
     if assembly.model.omega != 0.0 and len(times):
-        (first, last), way = sigma.flat[[0, -1]] ** 2, times[-1, -1] - times[0, 0]
-        left = last * way / (first - last) if last < first < LOCKING**2 else math.inf
-        if way < left < AHEAD:
-            return float(times[-1, -1] + left)
+        (first, last), duration = sigma.flat[[0, -1]] ** 2, times[-1, -1] - times[0, 0]
+        remaining_time = last * duration / (first - last) if last < first < LOCKING**2 else math.inf
+        if duration < remaining_time < AHEAD:
+            return float(times[-1, -1] + remaining_time)
     return math.inf
 
 
@@ -286,24 +286,24 @@ class Observation:
             scene.get("pin", {}),
             scene.get("clearance", {}),
         )
-        what = dict.fromkeys(pins, ("reaction_x", "reaction_y"))
-        what |= dict.fromkeys(scene.get("guide", {}), ("force", "moment"))
+        words = dict.fromkeys(pins, ("reaction_x", "reaction_y"))
+        words |= dict.fromkeys(scene.get("guide", {}), ("force", "moment"))
         drive, place = ["drive.torque"] * (model.omega != 0.0), 2 * model.ideal[0]
-        ideal = [f"{joint}.{word}" for joint in what if joint not in loose for word in what[joint]]
+        ideal = [f"{joint}.{word}" for joint in words if joint not in loose for word in words[joint]]
         self._rows = [*ideal[:place], *drive, *ideal[place:]]
         """Channels in the order of the rows, and of what `Linkage.pulls` holds of clearances."""
-        words = {name: ("x", "y", *what[name]) if name in pins else (*what[name], "", "") for name in loose}
-        self._loose = [f"{name}.{word}" for name in loose for word in words[name]]
-        self._touching = [f"{name}{'_' if '.' in name else '.'}" for name in assembly.contacts]
+        rows = {name: ("x", "y", *words[name]) if name in pins else (*words[name], "", "") for name in loose}
+        self._loose = [f"{name}.{word}" for name in loose for word in rows[name]]
+        self._contact_prefixes = [f"{name}{'_' if '.' in name else '.'}" for name in assembly.contacts]
         self._groups = {f"{body}.{word}": "" if word in MOTION else "accelerations"
                         for body in scene["body"] for word in MOTION + ACCELERATIONS}  # fmt: skip
-        for contact in self._touching:
-            of = ["gap"] if contact.endswith("_") else ["x", "y"]
-            self._groups |= {f"{contact}{word}": "contacts" for word in (*of, "normal", "friction")}
-        self._groups |= {f"{joint}.{word}": "joints" for joint in what for word in what[joint]}
+        for contact in self._contact_prefixes:
+            axes = ["gap"] if contact.endswith("_") else ["x", "y"]
+            self._groups |= {f"{contact}{word}": "contacts" for word in (*axes, "normal", "friction")}
+        self._groups |= {f"{joint}.{word}": "joints" for joint in words for word in words[joint]}
         self._groups |= dict.fromkeys([*drive, *(f"{spring}.force" for spring in self._springs)], "joints")
-        without = [*([] if loose else ["contact", "friction"]), *([] if exists(model.load) else ["load"])]
-        self._groups |= {f"energy_{name}": "energy" for name in ENERGIES if name not in without}
+        omissions = [*([] if loose else ["contact", "friction"]), *([] if exists(model.load) else ["load"])]
+        self._groups |= {f"energy_{name}": "energy" for name in ENERGIES if name not in omissions}
         self.names = [name for name, of in self._groups.items() if of in ("", *scene["output"]["groups"])]
         self.pulses = Pulses([*assembly.contacts.values()])
         self.extrema = Extrema(len(self.names), cycles, period)
@@ -322,33 +322,33 @@ class Observation:
         out |= zip(self._rows, -forces.T[:rows], strict=True)
         out |= zip(self._loose, loads, strict=True)
         out |= {f"{spring}.force": pull for spring, pull in zip(self._springs, pulls[::2], strict=True)}
-        for k, contact in enumerate(self._touching):
+        for k, contact in enumerate(self._contact_prefixes):
             touch = touches[:, k]
             out |= {f"{contact}gap": touch["gap"], f"{contact}normal": np.maximum(touch["normal"], 0.0)}
             out[f"{contact}friction"] = touch["friction"]
         energies = [0.5 * model.masses @ v**2, model.weights @ q, works[0],
                     0.5 * model.springs[:, 0] @ (pulls[1::2] - model.springs[:, 1:2]) ** 2, works[1],
                     load_energy(model.load, q[3 * model.slider + 1])]  # fmt: skip
-        energies += [touches["stored"].sum(axis=1), works[2]] if self._touching else []
+        energies += [touches["stored"].sum(axis=1), works[2]] if self._contact_prefixes else []
         out |= {f"energy_{name}": each for name, each in zip(ENERGIES, energies, strict=False)}
         out["energy_residual"] = _SIGNS[: len(energies)] @ np.stack(energies)
         return {name: out[name] for name in self._groups}
 
     def take(self, times: Array, purposes: NDArray[np.int64], *states: Any) -> None:
         """Add rows, of samples, of the parts of steps and of peaks."""
-        every, masses = self._channels(*states), self._model.masses
-        self._first = self._first or {name: every[name][:1] for name in ("energy_gravity", "energy_residual")}
+        table, masses = self._channels(*states), self._model.masses
+        self._first = self._first or {name: table[name][:1] for name in ("energy_gravity", "energy_residual")}
         for name, first in self._first.items():
-            every[name] = every[name] - first
-        *flows, residual = (np.abs(row) for name, row in every.items() if self._groups[name] == "energy")
+            table[name] = table[name] - first
+        *flows, residual = (np.abs(row) for name, row in table.items() if self._groups[name] == "energy")
         momentum = np.abs(states[0][:, masses.size : 2 * masses.size]) @ masses
         self._flow = max(self._flow, float(np.max(flows)) + float(momentum.max()))
         if not residual.max() <= self._residual:
             self._residual, self._time = float(residual.max()), float(times[residual.argmax()])
-        values, sampled = np.stack([every[name] for name in self.names]), (purposes & SAMPLE) > 0
-        self.samples.append(np.vstack([times, values])[:, sampled])
+        values, is_sample = np.stack([table[name] for name in self.names]), (purposes & SAMPLE) > 0
+        self.samples.append(np.vstack([times, values])[:, is_sample])
         self.pulses.note(times, purposes, states[-1])
-        self.extrema.widen(times[~sampled], values[:, ~sampled])
+        self.extrema.widen(times[~is_sample], values[:, ~is_sample])
         parts = (purposes & PART) > 0
         times, values = times[parts], values[:, parts]
         whole = times.size - times.size % (PARTS + 1)
@@ -388,44 +388,44 @@ def run(scene: Mapping[str, Any], progress: Callable[[float], None] | None) -> R
     settings = integrate.Settings(tolerance, largest, room, STEPS_LIMIT)
     observation = Observation(scene, assembly, max(1, math.ceil(cycles - 1e-9)), period)
     events = [records(Event, 0)]
-    code, end, reported, counters = integrate.BUFFER_FULL, math.inf, 0.0, state.counters[0]
+    code, end, last_report, counters = integrate.BUFFER_FULL, math.inf, 0.0, state.counters[0]
     while code == integrate.BUFFER_FULL and end == math.inf:
         code = advance(model, state, settings, t_end, forces, jacobians)
         n, now = int(counters["recorded"]), float(state.clock["time"][0])
-        at, y, dy, counters["recorded"] = state.rows.times[:n], state.rows.y[:n], state.rows.dy[:n], 0
+        row_times, y, dy, counters["recorded"] = state.rows.times[:n], state.rows.y[:n], state.rows.dy[:n], 0
         events.append(state.events[: counters["events"]].copy())
         purposes, touches, counters["events"] = state.rows.purposes[:n], state.rows.touches[:n], 0
         steps = np.flatnonzero(purposes & PART).reshape(-1, PARTS + 1)
         if model.rows:
-            end = singular_time(assembly, at[steps], y[steps], jacobians[steps])
-        kept = np.flatnonzero((at <= end) & np.isfinite(dy).all(axis=1))
-        if kept.size:
-            observation.take(at[kept], purposes[kept], y[kept], dy[kept], forces[kept], touches[kept])
-        if progress is not None and now - reported > 0.02 * t_end:
-            reported = now
+            end = singular_time(assembly, row_times[steps], y[steps], jacobians[steps])
+        rows = np.flatnonzero((row_times <= end) & np.isfinite(dy).all(axis=1))
+        if rows.size:
+            observation.take(row_times[rows], purposes[rows], y[rows], dy[rows], forces[rows], touches[rows])
+        if progress is not None and now - last_report > 0.02 * t_end:
+            last_report = now
             progress(now / t_end)
     compiled.seal()
-    listed = np.concatenate([*events, unfinished_events([*contacts.values()], state)])
+    contact_events = np.concatenate([*events, unfinished_events([*contacts.values()], state)])
     # Of contacts that begin at one instant the first in the list comes first.
-    listed = listed[np.argsort(listed["contact"], kind="stable")]
-    listed, table = event_table(listed[listed["start"] <= end], [*contacts])
+    contact_events = contact_events[np.argsort(contact_events["contact"], kind="stable")]
+    contact_events, table = event_table(contact_events[contact_events["start"] <= end], [*contacts])
     invariants, worst = (
         {"energy": observation.energy(ENERGY * tolerance * (10.0 if contacts else 1.0))},
         state.worst.tolist(),
     )
     if contacts:
         mobility = 2.0 * float((1.0 / model.masses[::3] + assembly.size**2 / model.masses[2::3]).max())
-        shown = dict(zip(WORST, worst, strict=True)), listed, t_end, tolerance, mobility, math.inf
-        invariants = check_contacts(contacts, *shown) | invariants
+        arguments = dict(zip(WORST, worst, strict=True)), contact_events, t_end, tolerance, mobility, math.inf
+        invariants = check_contacts(contacts, *arguments) | invariants
     status, remedy = _REMEDIES.get(code, ("success", ""))
     if end < math.inf:
         place = f"singular position at t = {end:.6g} s"
         status, remedy = "singular", f"{place}: the linkage loses its rank; end before it, or start elsewhere"
     elif status == "success" and (message := violation(invariants)):
         status, remedy = VIOLATED, message
-    sampled, *values = np.concatenate(observation.samples, axis=1)
-    result = name_results(observation.names, sampled, np.array(values), table, observation.extrema)
-    pulses = observation.pulses.table(table, listed["contact"])
+    sample_times, *values = np.concatenate(observation.samples, axis=1)
+    result = name_results(observation.names, sample_times, np.array(values), table, observation.extrema)
+    pulses = observation.pulses.table(table, contact_events["contact"])
     provenance = {
         "formulation": assembly.formulation,
         "integrator": "DOP853 with projection",

@@ -62,9 +62,9 @@ def note_worst(contacts: Records, run: Run, i: int, now: float, at_end: bool) ->
         driving = power if normal >= 0.0 else 0.0
         depth = -touch.gap if not run.modes[k].inside else 0.0
         values = (depth, normal, -normal, driving)  # in the order of `state.WORST`
-        for what in range(len(values) if at_end else 1):
-            if not values[what] <= worst[what].value:
-                worst[what].value, worst[what].time, worst[what].contact = values[what], now, k
+        for row in range(len(values) if at_end else 1):
+            if not values[row] <= worst[row].value:
+                worst[row].value, worst[row].time, worst[row].contact = values[row], now, k
 
 
 @inlined
@@ -83,7 +83,7 @@ def note_forces(contacts: Records, run: Run, i: int) -> None:
 @inner
 def record(contacts: Records, run: Run, i: int, t: float, purpose: int) -> None:
     """Record node `i` at `t` (s, in the cycle)."""
-    rows, nodes, counters, bit, why = run.rows, run.nodes, run.counters[0], CLOSED, purpose
+    rows, nodes, counters, bit, reason = run.rows, run.nodes, run.counters[0], CLOSED, purpose
     n, cycle = counters.recorded, run.clock[0].cycle
     for k in range(contacts.size):
         rows.touches[n, k] = nodes.touches[i, k]
@@ -95,36 +95,36 @@ def record(contacts: Records, run: Run, i: int, t: float, purpose: int) -> None:
     for j in range(rows.y.shape[1]):
         rows.y[n, j], rows.dy[n, j] = nodes.y[i, j], nodes.dy[i, j]
     counters.recorded += 1
-    if why != PART:
-        note_worst(contacts, run, i, cycle + t, why & STEP > 0)
-        if why != SAMPLE:  # peaks must not depend on the samples
+    if reason != PART:
+        note_worst(contacts, run, i, cycle + t, reason & STEP > 0)
+        if reason != SAMPLE:  # peaks must not depend on the samples
             note_forces(contacts, run, i)
 
 
 @inlined
 def find_peaks(contacts: Records, run: Run, peaks: NDArray[np.bool_]) -> bool:
-    """Write which depths and forces are largest within a step, and return whether any is.
+    """Write which depths and forces peak within a step, and return whether any does.
 
     They rise at its start and fall at its end. The rates there show this for a depth; for a force the
     parabolas through an end and two stages do, which may be almost flat.
     """
-    touches, some = run.nodes.touches, False
+    touches, any_peak = run.nodes.touches, False
     for k in range(contacts.size):
         turns = touches[0, k].rate < 0.0 < touches[END, k].rate
         peaks[k, 0], peaks[k, 1] = run.modes[k].inside and turns, False
         if run.modes[k].speed > 0.0:
             first = normal_force(contacts, touches[0], k)
-            early = normal_force(contacts, touches[_START_NEAR], k)
-            later = normal_force(contacts, touches[_START_FAR], k)
-            sooner = normal_force(contacts, touches[_END_FAR], k)
-            late = normal_force(contacts, touches[_END_NEAR], k)
+            near_start = normal_force(contacts, touches[_START_NEAR], k)
+            far_start = normal_force(contacts, touches[_START_FAR], k)
+            far_end = normal_force(contacts, touches[_END_FAR], k)
+            near_end = normal_force(contacts, touches[_END_NEAR], k)
             last = normal_force(contacts, touches[END], k)
-            flat = -_FLAT * (abs(later - first) + abs(sooner - last) + abs(last - first))
-            rises = (early - first) * _SQUARES[1] - (later - first) * _SQUARES[0] > flat
-            falls = (late - last) * _SQUARES[3] - (sooner - last) * _SQUARES[2] > flat
+            flat = -_FLAT * (abs(far_start - first) + abs(far_end - last) + abs(last - first))
+            rises = (near_start - first) * _SQUARES[1] - (far_start - first) * _SQUARES[0] > flat
+            falls = (near_end - last) * _SQUARES[3] - (far_end - last) * _SQUARES[2] > flat
             peaks[k, 1] = rises and falls
-        some = some or peaks[k, 0] or peaks[k, 1]
-    return some
+        any_peak = any_peak or peaks[k, 0] or peaks[k, 1]
+    return any_peak
 
 
 @inlined
@@ -167,14 +167,14 @@ def record_peaks(model: Model, run: Run, t: float, h: float) -> None:
     Each peak is interpolated from the parts of the step. The parts are recorded, too: accelerations do not
     peak together with any one force, as two corners push and the slider turns.
     """
-    nodes, parted = run.nodes, 0
+    nodes, first_part = run.nodes, 0
     for place in range(run.peaks.size):
         if not run.peaks.flat[place]:
             continue
         peak = find_top(model, run, t, h, place)
-        for j in range(parted, PARTS + 1):
+        for j in range(first_part, PARTS + 1):
             share = 0.25 * j if j < PARTS else peak
             dense(share, nodes.y.shape[1], nodes.y, run.f)
             evaluate_nodes(model, t + share * h, 0.0, POINT, POINT, run.modes, nodes)
             record(model.contacts, run, POINT, t + share * h, PART if j < PARTS else EXTREMUM)
-        parted = PARTS
+        first_part = PARTS

@@ -69,8 +69,8 @@ class Extrema:
             if first < last:
                 begin = cycle * self._period - slack if cycle else -np.inf
                 end = (cycle + 1) * self._period + slack if cycle < len(self.values) - 1 else np.inf
-                mine = (times >= begin) & (times < end)
-                rows, when = values[:, mine], times[mine]
+                mask = (times >= begin) & (times < end)
+                rows, when = values[:, mask], times[mask]
             if when.size:
                 extrema, lowest, highest = self.values[cycle, channels], rows.argmin(1), rows.argmax(1)
                 least, most = rows[at, lowest], rows[at, highest]
@@ -87,14 +87,14 @@ class Extrema:
         interval = (times[..., -1] - times[..., 0]) / (times.shape[-1] - 1)
         for sign in (1.0, -1.0):
             middle = np.clip((sign * values).argmax(-1), 1, values.shape[-1] - 2)[..., None]
-            before, top, after = (np.take_along_axis(values, middle + by, -1)[..., 0] for by in (-1, 0, 1))
-            rise, bend = 0.5 * (after - before), before - 2.0 * top + after
-            inside = np.abs(rise) < np.abs(bend)
-            by = np.divide(-rise, bend, out=np.zeros_like(rise), where=inside)
+            before, top, after = (np.take_along_axis(values, middle + j, -1)[..., 0] for j in (-1, 0, 1))
+            rise, curvature = 0.5 * (after - before), before - 2.0 * top + after
+            inside = np.abs(rise) < np.abs(curvature)
+            shift = np.divide(-rise, curvature, out=np.zeros_like(rise), where=inside)
             when = np.take_along_axis(times, middle, -1)[..., 0]
             ends = (np.searchsorted(kinks, when + side * interval) for side in (-1.0, 1.0))
-            inside, when = inside & np.equal(*ends), when + by * interval
-            self.widen(when[inside], (top + 0.5 * rise * by)[inside], channel)
+            inside, when = inside & np.equal(*ends), when + shift * interval
+            self.widen(when[inside], (top + 0.5 * rise * shift)[inside], channel)
 
     def turn(self, times: Array, motion: Array, first: int = 0) -> None:
         """Include the turning points of a body's `motion`, shape (6, n), at ascending times (s).
@@ -110,9 +110,9 @@ class Extrema:
             curved, cubic = 3.0 * rise - 2.0 * r0 - r1, r0 + r1 - 2.0 * rise
             # The rate r0 + 2 curved s + 3 cubic s^2 is zero once; in this form also where cubic is 0.
             root = np.sqrt(np.maximum(0.0, curved**2 - 3.0 * cubic * r0))
-            below = curved + np.where(r1 > r0, root, -root)
-            # `below` is zero if the rates underflow.
-            s = np.divide(-r0, below, out=np.zeros_like(r0), where=below != 0.0)
+            denominator = curved + np.where(r1 > r0, root, -root)
+            # The denominator is zero if the rates underflow.
+            s = np.divide(-r0, denominator, out=np.zeros_like(r0), where=denominator != 0.0)
             self.widen(times[j] + s * h, x[j] + h * s * (r0 + s * (curved + s * cubic)), first + i)
 
     def _cycle_of(self, time: float) -> int:
@@ -142,7 +142,7 @@ class Result:
     """Remedy to try if the status is not "success"; may be empty."""
 
 
-def begun_cycles(p: Parameters) -> int:
+def count_cycles(p: Parameters) -> int:
     """Return the number of crank cycles that a run begins."""
     return max(1, math.ceil(p.cycles - 1e-9))
 
@@ -153,16 +153,16 @@ def name_results(
     """Return a result, without pulses, from samples (names, n) at times (n,), contacts and extrema."""
     keys = ("min", "time_of_min", "max", "time_of_max")
     each, at = extrema.values, np.arange(len(names))
-    begun = each[np.isfinite(each[:, 0, 0])].reshape(-1, 4 * len(names))
+    rows = each[np.isfinite(each[:, 0, 0])].reshape(-1, 4 * len(names))
     lowest, highest = each[:, :, 0].argmin(0), each[:, :, 2].argmax(0)
-    of_all = np.column_stack([each[lowest, at, :2], each[highest, at, 2:]])
+    overall = np.column_stack([each[lowest, at, :2], each[highest, at, 2:]])
     parts = [f"{name}_{key}" for name in names for key in keys]
     return Result(
         columns={"time": times} | dict(zip(names, values, strict=True)),
         events=events,
         pulses={"row": np.empty(0, dtype=np.int64), "time": np.empty(0), "force": np.empty(0)},
         extrema={
-            name: dict(zip(keys, row, strict=True)) for name, row in zip(names, of_all.tolist(), strict=True)
+            name: dict(zip(keys, row, strict=True)) for name, row in zip(names, overall.tolist(), strict=True)
         },
-        cycle_extrema=dict(zip(parts, begun.T.copy(), strict=True)),
+        cycle_extrema=dict(zip(parts, rows.T.copy(), strict=True)),
     )

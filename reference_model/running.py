@@ -96,8 +96,8 @@ class Compiled:
         clock["cycle"] += cycles * self._p.period
         state.counters["instant"] -= cycles * self._instants_per_cycle
         if isinstance(self._model, Linkage):
-            turned = math.copysign(2.0 * math.pi * cycles, self._p.mechanism.omega)
-            state.nodes.y[0, 3 * self._model.driven + 2] -= turned
+            turn = math.copysign(2.0 * math.pi * cycles, self._p.mechanism.omega)
+            state.nodes.y[0, 3 * self._model.driven + 2] -= turn
         limits = t_stop - clock["cycle"], self._t_end - clock["cycle"]
         return int(integrate.advance(self._model, state, self._settings, *limits))
 
@@ -106,11 +106,11 @@ class Compiled:
         """Work so far."""
         counters = self._state.counters[0]
         fields = {name: name for name in ("steps", "rejected", "rhs", "switches", "contacts")}
-        return {name: int(counters[of]) for name, of in (fields | {"rhs": "evaluations"}).items()}
+        return {name: int(counters[field]) for name, field in (fields | {"rhs": "evaluations"}).items()}
 
 
 def _room(p: Parameters) -> int:
-    """Return how many rows one step may need for samples, marks, parts and peaks."""
+    """Return the number of rows that one step may need for samples, marks, parts and peaks."""
     return math.ceil(p.samples_per_cycle * min(LARGEST_STEP_PER_CYCLE, p.cycles)) + 100
 
 
@@ -131,15 +131,15 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
         events.append(state.events[: counters["events"]].copy())
         counters["recorded"] = counters["events"] = 0
 
-    reported, t_end = 0, float(times[-1])
+    last_report, t_end = 0, float(times[-1])
 
     def report(t: float) -> None:
         """Call `progress` when the run reaches a time (s), at most 50 times."""
-        nonlocal reported
-        if progress is not None and reported < math.floor(50.0 * t / t_end) < 50:
-            if not reported:
+        nonlocal last_report
+        if progress is not None and last_report < math.floor(50.0 * t / t_end) < 50:
+            if not last_report:
                 compiled.seal()  # other processes wait for the code that this one compiles
-            reported = math.floor(50.0 * t / t_end)
+            last_report = math.floor(50.0 * t / t_end)
             progress(t / t_end)
 
     integrator: Any
@@ -178,8 +178,8 @@ def run(p: Parameters, times: Array, progress: Callable[[float], None] | None, l
     status, remedy = status_and_remedy(code, p)
     if status == "success" and (message := violation(invariants, p.method)):
         status, remedy = VIOLATED, message
-    sampled, extrema = observation.sampled, observation.extrema
-    result = name_results(names, times[:sampled], observation.samples[:, :sampled], table, extrema)
+    n_samples, extrema = observation.n_samples, observation.extrema
+    result = name_results(names, times[:n_samples], observation.samples[:, :n_samples], table, extrema)
     pulses = observation.pulses.table(table, contacts["contact"])
     return replace(result, pulses=pulses, provenance=provenance, status=status, remedy=remedy)
 
@@ -193,14 +193,14 @@ def event_table(events: data.Records, names: Sequence[str]) -> tuple[data.Record
 
 def unfinished_events(contacts: Sequence[Contact], state: data.Run) -> data.Records:
     """Return the events of the contacts that are still closed when the run ends."""
-    closed = np.flatnonzero(state.modes["speed"] > 0.0)
-    rows = state.current_events[closed].copy()
+    numbers = np.flatnonzero(state.modes["speed"] > 0.0)
+    rows = state.current_events[numbers].copy()
     impulses = state.nodes.y[0, -data.WORKS - len(contacts) : -data.WORKS]
-    for row, k in zip(rows, closed.tolist(), strict=True):
+    for row, k in zip(rows, numbers.tolist(), strict=True):
         side = impulses[contacts[k].other] if contacts[k].one_side else 0.0
         row["impulse"] = impulses[k] + side - row["impulse"]
     rows["end"] = state.clock["cycle"] + state.clock["time"]
-    state.counters["contacts"] += closed.size
+    state.counters["contacts"] += numbers.size
     return rows
 
 

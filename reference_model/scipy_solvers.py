@@ -61,7 +61,7 @@ def all_margins(contacts: Records, modes: Records, touches: Records, out: Array)
 
 @kernel
 def record_states(model: Model, run: Run, times: Array, purposes: Array, states: Array) -> int:
-    """Record states, shape (n, size), at ascending times (s), as far as the buffer goes; return how many."""
+    """Record states, shape (n, size), at ascending times (s) until the buffer is full; return the number."""
     for i in range(times.size):
         if run.counters[0].recorded == run.rows.times.size:
             return i
@@ -93,9 +93,9 @@ def jacobian(derivative: Callable[[float, Array], Array], t: float, y: Array, fr
     """
     out, reference = np.zeros((y.size, y.size)), derivative(t, y)
     for j in range(free):
-        moved = y.copy()
-        moved[j] += _POSITION if 2 * j < free else _VELOCITY
-        out[:, j] = (derivative(t, moved) - reference) / (moved[j] - y[j])
+        neighbour = y.copy()
+        neighbour[j] += _POSITION if 2 * j < free else _VELOCITY
+        out[:, j] = (derivative(t, neighbour) - reference) / (neighbour[j] - y[j])
     return out
 
 
@@ -122,7 +122,7 @@ class ScipySolver:
         self._atol[:free] = p.tolerance
         self._atol[free // 2 : free] /= VELOCITY_TIME
         self._limit, self._sampled = limit, 0
-        self._spent = np.zeros(3, dtype=np.int64)
+        self._work = np.zeros(3, dtype=np.int64)
         self._margins = np.empty(len(p.contacts) * MARGINS)
         y0 = state.nodes.y[0].copy()
         self._evaluate(0.0, y0, START)
@@ -139,7 +139,7 @@ class ScipySolver:
     @property
     def counters(self) -> dict[str, int]:
         """Work so far; the evaluations behind a Jacobian are not among the right-hand sides."""
-        counters, (rhs, jacobians, factorizations) = self._run.counters[0], map(int, self._spent)
+        counters, (rhs, jacobians, factorizations) = self._run.counters[0], map(int, self._work)
         implicit = {"jacobians": jacobians, "factorizations": factorizations}
         return {
             "steps": int(counters["steps"]),
@@ -162,13 +162,13 @@ class ScipySolver:
         return status
 
     def _advance(self, t_stop: float) -> int:
-        run, switched = self._run, self._run.counters[0]["switches"]
+        run, last_switches = self._run, self._run.counters[0]["switches"]
         while run.clock[0]["time"] < t_stop:
-            if run.counters[0]["switches"] - switched > integrate.SWITCHES_AT_ONCE:
+            if run.counters[0]["switches"] - last_switches > integrate.SWITCHES_AT_ONCE:
                 return integrate.CHATTER
             t = float(run.clock[0]["time"])
-            ended = self._already_ended(t)
-            if ended is None:
+            end_place = self._find_end(t)
+            if end_place is None:
                 solution = self._solve(t)
                 if not np.isfinite(solution.y).all():
                     return integrate.NOT_FINITE
@@ -178,22 +178,22 @@ class ScipySolver:
                     if solution.t[-1] > t or t + self._first_step == t:
                         return integrate.STEP_TOO_SMALL
                     continue
-                self._spent += solution.nfev, solution.njev, solution.nlu
+                self._work += solution.nfev, solution.njev, solution.nlu
                 if solution.t[-1] > t:
-                    switched = run.counters[0]["switches"]
+                    last_switches = run.counters[0]["switches"]
                     self._record(solution)
                     run.clock[0]["time"], run.nodes.y[0] = solution.t[-1], solution.y[:, -1]
                     last = solution.sol.interpolants[-1]  # covers the whole step, also beyond the event
                     self._last_step = float(last.t - last.t_old)
                 at_margins = solution.t_events[1 : 1 + len(self._places)]
                 hits = [place for place, at in zip(self._places, at_margins, strict=True) if at.size]
-                ended = hits[0] if hits else None
+                end_place = hits[0] if hits else None
                 if solution.t_events[0].size:
                     return integrate.STEP_LIMIT
-            if ended is not None:
+            if end_place is not None:
                 t = float(run.clock[0]["time"])
                 self._evaluate(t, run.nodes.y[0], START)
-                first_step = change_mode(self._model.contacts, t, ended, run, self._p.tolerance)
+                first_step = change_mode(self._model.contacts, t, end_place, run, self._p.tolerance)
                 # Scipy's own choice tries the forces far ahead of it, where a corner may be deep inside the
                 # wall.
                 self._first_step = min(0.5 * self._last_step, first_step)
@@ -205,7 +205,7 @@ class ScipySolver:
         all_margins(self._model.contacts, self._run.modes, self._evaluate(t, y), self._margins)
         return self._margins
 
-    def _already_ended(self, t: float) -> int | None:
+    def _find_end(self, t: float) -> int | None:
         """Return the place of a margin that is below zero by more than the tolerance, if any."""
         margins, tolerance = self._all_margins(t, self._run.nodes.y[0]), self._p.tolerance
         limits = np.where(np.arange(margins.size) % MARGINS == GATE, tolerance, tolerance / VELOCITY_TIME)
@@ -232,9 +232,9 @@ class ScipySolver:
             """Note the end of each step, as solve_ivp evaluates it first; turn negative beyond the limit."""
             nonlocal steps, limit, latest
             if t > latest:  # otherwise scipy is searching for the zero
-                kept = {latest: ends[latest], t: self._all_margins(t, y).copy()}
+                margins = {latest: ends[latest], t: self._all_margins(t, y).copy()}
                 ends.clear()
-                ends.update(kept)
+                ends.update(margins)
                 latest, steps = t, steps + 1
                 if steps + run.counters[0]["switches"] > self._limit:
                     limit = min(limit, t)
@@ -288,8 +288,8 @@ class ScipySolver:
         times = np.concatenate([inside, ends])
         sizes = (samples.size, marks.size + peaks.size, ends.size)
         purposes = np.repeat([SAMPLE, EXTREMUM, EXTREMUM + STEP], sizes)
-        within = solution.sol(inside).T if inside.size else np.empty((0, run.nodes.y.shape[1]))
-        states = np.concatenate([within, solution.y[:, 1:].T])
+        inner_states = solution.sol(inside).T if inside.size else np.empty((0, run.nodes.y.shape[1]))
+        states = np.concatenate([inner_states, solution.y[:, 1:].T])
         order = np.argsort(times, kind="stable")
         times, purposes, states = times[order], purposes[order], np.ascontiguousarray(states[order])
         self._sampled += samples.size
@@ -298,8 +298,8 @@ class ScipySolver:
     def _keep(self, times: Array, purposes: Array, states: Array) -> None:
         """Record states, and empty the buffer as often as it is full."""
         while times.size:
-            done = record_states(self._model, self._run, times, purposes, states)
-            times, purposes, states = times[done:], purposes[done:], states[done:]
+            count = record_states(self._model, self._run, times, purposes, states)
+            times, purposes, states = times[count:], purposes[count:], states[count:]
             if times.size:
                 self._drain()
 
@@ -307,21 +307,21 @@ class ScipySolver:
         """Return the times (s) at which force or depth of a closed contact is largest in a solution."""
         peaks = []
 
-        def depth_or_force(t: float, k: int, of: str) -> float:
+        def depth_or_force(t: float, k: int, quantity: str) -> float:
             """Return the gap (m) or the force (N) with its sign changed: least at the peak."""
             touches, contact = self._evaluate(t, solution.sol(t)), self._p.contacts[k]
-            if of == "gap":
+            if quantity == "gap":
                 return float(touches["gap"][k])
             side = touches["normal"][contact.other] if contact.one_side else 0.0
             return float(-touches["normal"][k] - side)
 
         for k in np.flatnonzero(self._run.modes["speed"] > 0.0).tolist():
-            for of in ("normal", "gap"):
-                values = [depth_or_force(t, k, of) for t in solution.t]
+            for quantity in ("normal", "gap"):
+                values = [depth_or_force(t, k, quantity) for t in solution.t]
                 best = int(np.argmin(values))
                 lo, hi = solution.t[max(best - 1, 0)], solution.t[min(best + 1, solution.t.size - 1)]
                 peak = minimize_scalar(
-                    depth_or_force, bounds=(lo, hi), args=(k, of), method="bounded",
+                    depth_or_force, bounds=(lo, hi), args=(k, quantity), method="bounded",
                     options={"xatol": 1e-5 * (hi - lo)},
                 )  # fmt: skip
                 if peak.fun < values[best]:

@@ -14,7 +14,7 @@ import numpy as np
 from reference_model.ideal import observe_ideal
 from reference_model.linkage import Array, four_bar_rods
 from reference_model.parameters import Parameters, read_parameters
-from reference_model.results import EVENT_COLUMNS, Result, begun_cycles, channel_names, name_results
+from reference_model.results import EVENT_COLUMNS, Result, channel_names, count_cycles, name_results
 from reference_model.workpiece import exists, load_force
 
 STEPS_PER_CYCLE_LIMIT = 10_000_000
@@ -48,7 +48,7 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     ValueError
         One line, if this model cannot simulate the scene.
     """
-    started = time.perf_counter()
+    start_time = time.perf_counter()
     if "body" in scene:
         from reference_model import planar_run
 
@@ -59,7 +59,7 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
         model="reference",
         versions=dict(_versions()),
         platform=f"{platform.system()} {platform.machine()} Python {platform.python_version()}",
-        wall_time_s=time.perf_counter() - started,
+        wall_time_s=time.perf_counter() - start_time,
         status=result.status,
     )
     if progress is not None:
@@ -97,10 +97,10 @@ simulate.check = check  # type: ignore[attr-defined]
 
 
 def plan(scene: Mapping[str, Any]) -> dict[str, Any]:
-    """Return which formulation `simulate` integrates for a scene; raise as `check` does.
+    """Return the formulation that `simulate` integrates for a scene; raise as `check` does.
 
     Keys: ``formulation``, as in the provenance; ``bodies``, their names; ``coordinates`` and ``constraints``,
-    the numbers of these; of a linkage of bodies and pins also ``freedom``, what its drive leaves free.
+    the numbers of these; of a linkage of bodies and pins also ``freedom``, its degrees besides the drive.
     """
     if "body" in scene:
         from reference_model import planar
@@ -135,7 +135,7 @@ def _versions() -> dict[str, str]:
 
 def _ideal(p: Parameters, times: Array) -> Result:
     """Return the result at the times (s) of a scene whose motion is prescribed."""
-    names, cycles = channel_names(p), begun_cycles(p)
+    names, cycles = channel_names(p), count_cycles(p)
     values, extrema = observe_ideal(p.mechanism, p.load, names, times, cycles)
     provenance = {
         "formulation": "closed form",
@@ -160,8 +160,8 @@ def check_assembly(p: Parameters) -> dict[str, float]:
     m = p.mechanism
     tip_x, tip_y = _tip(p, np.linspace(0.0, p.period, _ANGLES + 1))
     for outermost in (tip_x.argmin(), tip_x.argmax()):
-        near = p.period / _ANGLES * (outermost + np.linspace(-1.0, 1.0, _ANGLES + 1))
-        tip_x, tip_y = (np.concatenate(pair) for pair in zip((tip_x, tip_y), _tip(p, near), strict=True))
+        times = p.period / _ANGLES * (outermost + np.linspace(-1.0, 1.0, _ANGLES + 1))
+        tip_x, tip_y = (np.concatenate(pair) for pair in zip((tip_x, tip_y), _tip(p, times), strict=True))
     # A slider with clearance moves about the centre line; reliabilities refer to the ideal slider's line.
     lines = [m.line_x] if p.ideal_slider else [m.line_x, p.guide_x]
     if any(np.abs(x - tip_x).max() >= m.L4 for x in lines):

@@ -41,9 +41,9 @@ class Mode:
     regime: int
     """Regime of the friction (`laws.friction_regime`)."""
     clipped: bool
-    """Whether the force is zero because the contact law would make the wall pull."""
+    """True if the force is zero because the contact law would make the wall pull."""
     inside: bool
-    """Whether the gap is closed: the same as `speed` > 0, except if a side is one contact, whose speed only
+    """True if the gap is closed: the same as `speed` > 0, except if a side is one contact, whose speed only
     the corner that touched first holds."""
 
 
@@ -214,11 +214,11 @@ class Run(NamedTuple):
     scales: Array
     """Work array: `margins.pull_scale` of each contact."""
     unsettled: NDArray[np.bool_]
-    """Work array: whether the stages leave a margin undecided, shape (margins,)."""
+    """Work array: true for each margin that the stages leave undecided, shape (margins,)."""
     parts: Array
     """Work array: a depth or a force at the `recording.PARTS` of the step."""
     peaks: NDArray[np.bool_]
-    """Work array: whether depth and force of each contact peak within the step, shape (contacts, 2)."""
+    """Work array: true for each depth and force of a contact that peaks in the step, shape (contacts, 2)."""
 
 
 def contact_list(contacts: tuple[Contact, ...]) -> Records:

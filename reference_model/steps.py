@@ -39,7 +39,7 @@ def first_step_in_contact(
 ) -> float:
     """Return a first step (s) after a touch at `speed` (m/s), for the mass m of the contact.
 
-    The force K (v t)^1.5 is not smooth at its start, and an estimate of eighth order knows nothing of it: the
+    The force K (v t)^1.5 is not smooth at its start, and an estimate of eighth order does not show it: the
     motion errs by about K v^1.5 h^3.5 / m in the first step, which is held against the tolerance. And no more
     than a share of (m^2 / (K^2 v))^0.2, of which an elastic contact lasts 3.2.
 
@@ -53,8 +53,8 @@ def first_step_in_contact(
         flat = math.sqrt(mass / contact.Ks)
         return _FIRST_SHARE * max(flat, math.pow(2.0 * mass * gap / (contact.Ks * speed), 1.0 / 3.0))
     longest = math.pow(mass * mass / (K * K * speed), 0.2)
-    resolved = math.pow(tolerance * contact.arm * mass / (K * speed * math.sqrt(speed)), 1.0 / 3.5)
-    return min(_FIRST_SHARE * longest, _FIRST_ERROR * resolved)
+    accurate = math.pow(tolerance * contact.arm * mass / (K * speed * math.sqrt(speed)), 1.0 / 3.5)
+    return min(_FIRST_SHARE * longest, _FIRST_ERROR * accurate)
 
 
 @inlined
@@ -65,18 +65,18 @@ def step_before_separation(
 
     The force K d^1.5 is not smooth where it ends either; a step across that instant fails, and again when it
     is shortened. The instant is foreseen from depth and rate: the steps towards it shorten in proportion to
-    what is left, until what is left is as short as a first step.
+    the remaining time, until that is as short as a first step.
     """
     for k in range(contacts.size):
         if contacts[k].one_side and modes[contacts[k].other].inside:
             continue
         touch = touches[k]
         if modes[k].inside and touch.rate > 0.0 and touch.gap < 0.0:
-            left = -touch.gap / touch.rate
+            remaining = -touch.gap / touch.rate
             share = _CLIPPED_SHARE if modes[k].clipped else _EXIT_SHARE
-            if h > share * left:
-                last = first_step_in_contact(contacts, k, touch.rate, touches, tolerance)
-                h = min(h, max(share * left, last))
+            if h > share * remaining:
+                shortest = first_step_in_contact(contacts, k, touch.rate, touches, tolerance)
+                h = min(h, max(share * remaining, shortest))
     return h
 
 
@@ -103,12 +103,12 @@ def share_to_kink(load: Load, y0: float, d0: float, y1: float, d1: float) -> flo
         first, last = _height(lo, y0, d0, y1, d1), _height(hi, y0, d0, y1, d1)
         nearest, kink = math.inf, 0.0
         for i in range(max(1, load.depths.size)):
-            near, height = ON_IT, load.surface
+            distance, height = ON_IT, load.surface
             if load.depths.size > 0:
-                near = BEYOND
-                height += (near if last > first else -near) - load.depths[i]
+                distance = BEYOND
+                height += (distance if last > first else -distance) - load.depths[i]
             before, after = first - height, last - height
-            if before * after < 0.0 and near < abs(before) < nearest and abs(after) > near:
+            if before * after < 0.0 and distance < abs(before) < nearest and abs(after) > distance:
                 nearest, kink = abs(before), height
         if nearest < math.inf:
             for _ in range(60):

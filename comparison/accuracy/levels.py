@@ -44,70 +44,70 @@ class AccuracyError(ValueError):
 
 
 @dataclass(frozen=True)
-class Expected:
+class Forecast:
     """Expected error and cost of a run; nan where not recorded."""
 
     error: float = nan  # bound of slider_x over the first cycles, m
     cycles: float = 1.0  # over which it was measured: one, or all of the shipped scene
     seconds: float = nan  # processor time of the whole run
     scene: str = ""  # shipped scene on which they were measured
-    own: bool = False  # whether that is this very scene by its method: elsewhere errors may be larger
+    own: bool = False  # True for this very scene by its method: elsewhere errors may be larger
 
 
-def expected(scene: Scene, model: str) -> Expected:
+def forecast(scene: Scene, model: str) -> Forecast:
     """Return error and cost of a scene's run at its settings, as measured on the shipped scene most like it.
 
     Of the settings on record, error is that of the next coarser one, cost that of the nearest.
     """
     if model not in OWN or scene.is_linkage:
-        return Expected()
+        return Forecast()
     same, name = _same_physics(scene), formulation(scene, model)
-    measured_on = same or MOST_LIKE[scene.loose]
-    row = _read("measured.toml")[measured_on].get(name)
+    source = same or MOST_LIKE[scene.loose]
+    row = _read("measured.toml")[source].get(name)
     if row is None:
-        return Expected()
+        return Forecast()
     settings = scene.data["solver"][model]
     declaration = declared_formulations(model)[name]
-    named, own = _read("accuracy.toml")["names"][name].values(), settings[declaration["setting"]]
+    grid, value = _read("accuracy.toml")["names"][name].values(), settings[declaration["setting"]]
     # The margin is for a setting of 1e-9 * 0.1.
-    error = min((e for s, e in zip(named, row["error"], strict=True) if s >= own * (1 - 1e-9)), default=nan)
-    nearest, seconds = min(zip(named, row["seconds"], strict=True), key=lambda each: abs(log(each[0] / own)))
-    of_steps = nearest / own if declaration["setting"] == "step" else 1.0
+    error = min((e for s, e in zip(grid, row["error"], strict=True) if s >= value * (1 - 1e-9)), default=nan)
+    nearest, seconds = min(zip(grid, row["seconds"], strict=True), key=lambda each: abs(log(each[0] / value)))
+    step_ratio = nearest / value if declaration["setting"] == "step" else 1.0
     implicit = name == "full" and {"joints", "energy"} & set(scene.data["output"]["groups"])
-    return Expected(
+    return Forecast(
         error=error,
-        cycles=min(1.0, _shipped(measured_on).data["drive"]["cycles"]),
-        seconds=START[model] + seconds * of_steps * scene.duration / scene.period,
-        scene=measured_on,
+        cycles=min(1.0, _shipped(source).data["drive"]["cycles"]),
+        seconds=START[model] + seconds * step_ratio * scene.duration / scene.period,
+        scene=source,
         own=bool(same) and settings["method"] in _METHODS and not implicit,
     )
 
 
 def measured_record(scene: Scene, model: str, accuracy: str) -> dict[str, object]:
     """Return the record of a named accuracy beside a table: the measured error of its setting."""
-    known = expected(scene, model)
-    source = f"measured on {known.scene}" if known.own else "not measured on this scene"
-    bound = known.error if known.own else nan
-    return {"wanted": accuracy, "from": source, "bound_m": bound, "over_cycles": known.cycles}
+    estimate = forecast(scene, model)
+    source = f"measured on {estimate.scene}" if estimate.own else "not measured on this scene"
+    bound = estimate.error if estimate.own else nan
+    return {"wanted": accuracy, "from": source, "bound_m": bound, "over_cycles": estimate.cycles}
 
 
 def scene_at(scene: Scene, model: str, formulation: str, setting: float) -> Scene:
     """Return a scene as a formulation of a model runs it at a setting."""
-    named = scene.variant({f"solver.{model}.formulation": formulation})
-    return named.variant({f"solver.{model}.{declared_formulations(model)[formulation]['setting']}": setting})
+    base = scene.variant({f"solver.{model}.formulation": formulation})
+    return base.variant({f"solver.{model}.{declared_formulations(model)[formulation]['setting']}": setting})
 
 
 def formulation(scene: Scene, model: str) -> str:
     """Return the name of the formulation by which a model runs a scene."""
-    named = str(scene.data["solver"].get(model, {}).get("formulation", "auto"))
-    return smallest(model, scene.data) if named == "auto" else named
+    name = str(scene.data["solver"].get(model, {}).get("formulation", "auto"))
+    return smallest(model, scene.data) if name == "auto" else name
 
 
 def _same_physics(scene: Scene) -> str:
-    """Return the measured scene with the same physics, which errors depend on; "" if there is none."""
-    own, known = _physics(scene), _read("measured.toml")
-    names = sorted(known, key=lambda name: name != scene.source)
-    return next((name for name in names if _physics(_shipped(name)) == own), "")
+    """Return the measured scene with the same physics, on which errors depend; "" if there is none."""
+    physics, records = _physics(scene), _read("measured.toml")
+    names = sorted(records, key=lambda name: name != scene.source)
+    return next((name for name in names if _physics(_shipped(name)) == physics), "")
 
 
 @cache
@@ -116,7 +116,7 @@ def _shipped(name: str) -> Scene:
 
 
 def _physics(scene: Scene) -> str:
-    """Return the hash of what errors depend on besides the setting: not cycles, output, solver, texts."""
+    """Return the hash of the keys on which errors depend besides the setting."""
     sections: dict[str, object] = {name: scene.data[name] for name in _PHYSICS}
     return digest(sections | {"speed_rpm": scene.data["drive"]["speed_rpm"]})
 
@@ -125,7 +125,7 @@ def _physics(scene: Scene) -> str:
 
 
 def metres(accuracy: str | float) -> float:
-    """Return an accuracy that is no name as a number of metres; `AccuracyError` if it is not positive."""
+    """Return an accuracy in metres as a number; `AccuracyError` if it is not a positive number."""
     try:
         number = 0.0 if isinstance(accuracy, bool) else float(accuracy)
     except (TypeError, ValueError):
@@ -199,8 +199,8 @@ def refinement(model: str, scene: Scene) -> tuple[float, float]:
 def recorded_refinement(model: str, settings: Mapping[str, Any]) -> tuple[float, float]:
     """Return factor and order, as `refinement`, from a run's recorded settings."""
     record, key = _read("accuracy.toml"), setting_key(model, settings)
-    of_formulation = record["order"].get(settings.get("formulation")) if model in OWN else None
-    return record[key]["factor"], of_formulation or record[key]["order"]
+    formulation_order = record["order"].get(settings.get("formulation")) if model in OWN else None
+    return record[key]["factor"], formulation_order or record[key]["order"]
 
 
 def tight(scene: Scene, models: tuple[str, str]) -> Scene | None:
@@ -289,62 +289,63 @@ class Plan:
     contacts: tuple[str, ...]  # those that are possible
     load: str  # empty without one
     left_out: tuple[tuple[str, str], ...]  # not modelled, or not computed, and why
-    expected: Expected | None  # None for a linkage: sixbar validate shows its error
+    expected: Forecast | None  # None for a linkage: sixbar validate shows its error
     instead: tuple[tuple[str, str, float], ...]  # other formulations: setting, name, ratio of their time
     start: Mapping[str, Sequence[float]] = field(default_factory=dict)  # of a linkage's bodies: x, y, angle
 
 
-FAR = 60.0  # deg, of a guess from the start; measured on the four-bar: followed at 54, not at 82
+GUESS_TURN = 60.0  # deg, largest from the start; measured on the four-bar: followed at 54, not at 82
 
 
 def plan(scene: Scene, model: str) -> Plan:
     """Return a model's plan of a scene; `EngineError` for a model that declares none."""
-    own, known = plan_of(model, scene.data), expected(scene, model)
+    record, estimate = plan_of(model, scene.data), forecast(scene, model)
     if scene.is_linkage:
-        sizes, left = (own["coordinates"], own["constraints"]), [("tight tier", "it is the press's")]
-        beside = " besides the drive" if "speed_rpm" in scene.data["drive"] else ""
-        note = f"degrees of freedom{beside}: {own['freedom']}"
-        bodies, contacts, start = tuple(own["bodies"]), tuple(own.get("contacts", ())), own.get("start", {})
+        omissions = [("tight tier", "it is the press's")]
+        exception = " besides the drive" if "speed_rpm" in scene.data["drive"] else ""
+        note = f"degrees of freedom{exception}: {record['freedom']}"
+        start = record.get("start", {})
         for name, guess in scene.data["guess"].items() if start else ():
-            off = abs(remainder(degrees(start[name][2]) - guess["angle_deg"], 360.0))
-            if off > FAR:
-                why = f"the start is {off:.0f} deg from it; guess the bodies that this one is pinned to, too"
-                left.append((f"guess.{name}", why))
+            turn = abs(remainder(degrees(start[name][2]) - guess["angle_deg"], 360.0))
+            if turn > GUESS_TURN:
+                why = f"the start is {turn:.0f} deg from it; guess the bodies that this one is pinned to, too"
+                omissions.append((f"guess.{name}", why))
         return Plan(
             model,
-            own["formulation"],
-            bodies,
+            record["formulation"],
+            tuple(record["bodies"]),
             (),
-            *sizes,
+            record["coordinates"],
+            record["constraints"],
             note,
-            contacts,
+            tuple(record.get("contacts", ())),
             load="",
-            left_out=tuple(left),
+            left_out=tuple(omissions),
             expected=None,
             instead=(),
             start=start,
         )
-    key, instead = f"solver.{model}.formulation", []
+    key, alternatives = f"solver.{model}.formulation", []
     for name in formulations(model, scene.data):
-        other = scene.variant({key: name})  # at the scene's settings of that formulation
+        variant = scene.variant({key: name})  # at the scene's settings of that formulation
         with suppress(ValueError):  # it lacks a channel or the method
             if name != formulation(scene, model):
-                title = plan_of(model, other.data)["formulation"]
-                ratio = expected(other, model).seconds / known.seconds
-                instead.append((f"{key} = {name!r}", title, ratio))
+                title = plan_of(model, variant.data)["formulation"]
+                ratio = forecast(variant, model).seconds / estimate.seconds
+                alternatives.append((f"{key} = {name!r}", title, ratio))
     return Plan(
         model=model,
-        formulation=own["formulation"],
-        integrated=tuple(own["bodies"]),
-        prescribed=tuple(body for body in _BODIES if body not in own["bodies"]),
-        coordinates=own["coordinates"],
-        constraints=own["constraints"],
-        note=own.get("note", ""),
+        formulation=record["formulation"],
+        integrated=tuple(record["bodies"]),
+        prescribed=tuple(body for body in _BODIES if body not in record["bodies"]),
+        coordinates=record["coordinates"],
+        constraints=record["constraints"],
+        note=record.get("note", ""),
         contacts=_contacts(scene),
         load=_load(scene.data["load"]),
-        left_out=_left_out(scene),
-        expected=known,
-        instead=tuple(instead),
+        left_out=_omissions(scene),
+        expected=estimate,
+        instead=tuple(alternatives),
     )
 
 
@@ -373,27 +374,27 @@ def _contacts(scene: Scene) -> tuple[str, ...]:
 
 
 def _load(load: Mapping[str, Any]) -> str:
-    below = f"below y = {load['surface']:g} m"
+    region = f"below y = {load['surface']:g} m"
     if load["table"]:
-        return f"{below}: a table up to {max(force for _, force in load['table']):g} N"
+        return f"{region}: a table up to {max(force for _, force in load['table']):g} N"
     if load["force"]:
-        at = f"at a depth of {load['depth']:g} m"
-        return f"{below}: {load['force']:g} N {at}, exponent {load['exponent']:g}"
+        depth = f"at a depth of {load['depth']:g} m"
+        return f"{region}: {load['force']:g} N {depth}, exponent {load['exponent']:g}"
     return ""
 
 
-def _left_out(scene: Scene) -> tuple[tuple[str, str], ...]:
+def _omissions(scene: Scene) -> tuple[tuple[str, str], ...]:
     contacts = {"crank_pin": "contact at the crank pin", "slider": "contact of the slider"}
-    ideal = [
+    ideal_contacts = [
         (text, f"joints.{joint} is ideal") for joint, text in contacts.items() if joint not in scene.loose
     ]
-    at_contacts = {"slider": "gaps and forces of the corners", "crank_pin": "path of the journal"}
+    contact_channels = {"slider": "gaps and forces of the corners", "crank_pin": "path of the journal"}
     groups = {
         "accelerations": "accelerations",
-        "corners": " and ".join(text for joint, text in at_contacts.items() if joint in scene.loose),
+        "corners": " and ".join(text for joint, text in contact_channels.items() if joint in scene.loose),
         "joints": "reactions and the crank's torque",
         "energy": "energies",
     }
-    requested = scene.data["output"]["groups"]
-    omitted = [text for group, text in groups.items() if text and group not in requested]
-    return *ideal, *((text, "not requested (output.groups)") for text in omitted)
+    requests = scene.data["output"]["groups"]
+    texts = [text for group, text in groups.items() if text and group not in requests]
+    return *ideal_contacts, *((text, "not requested (output.groups)") for text in texts)

@@ -14,8 +14,8 @@ from comparison.accuracy.levels import (
     NAMES,
     check_accuracy,
     coarser,
-    expected,
     finer,
+    forecast,
     metres,
     refinement,
     solver_values,
@@ -66,7 +66,7 @@ def usable_table(kind: str, outcome: Outcome) -> Table | None:
     """Return the table of a run by its name in a family; None if there is none to use.
 
     A coarser run may violate an invariant of its model (measured: the rate of a constraint in one impact at
-    4e-6 s, not at the scene's own 2e-6 s): what it gets wrong widens the uncertainty of the base run.
+    4e-6 s, not at the scene's own 2e-6 s): its error widens the uncertainty of the base run.
     """
     coarse = kind not in ("base", "finer")
     return outcome.partial if coarse and outcome.status == VIOLATED else outcome.table
@@ -79,8 +79,8 @@ def runs_by_model(
     tables = {which: usable_table(which[1], outcome) for which, outcome in outcomes.items()}
 
     def runs(model: str) -> Runs:
-        own = {kind: table for (name, kind), table in tables.items() if name == model and table is not None}
-        return Runs(refinement=refinement(model, scene), **own)
+        members = {kind: run for (name, kind), run in tables.items() if name == model and run is not None}
+        return Runs(refinement=refinement(model, scene), **members)
 
     return runs(models[0]), runs(models[1])
 
@@ -91,7 +91,7 @@ class Estimate:
 
     time: Array  # s
     u: Array  # numerical uncertainty, m
-    spread: Array  # by how much neighbouring starts part, 3 d_t, which no setting removes, m
+    spread: Array  # distance of neighbouring starts, 3 d_t, which no setting reduces, m
 
     def coverage(self, error: float) -> float:
         """Return the share of samples whose u is at most an error, m: the predictable part."""
@@ -120,21 +120,21 @@ class Level:
         return self.outcomes["base"].table
 
 
-def try_level(scene: Scene, model: str, run: Run, known: dict[str, Outcome]) -> Level:
-    """Run what of a setting's family is not ``known`` by its scene's hash, and estimate the error."""
+def try_level(scene: Scene, model: str, run: Run, outcomes_by_hash: dict[str, Outcome]) -> Level:
+    """Run the scenes of a setting's family without an outcome by their hash, and estimate the error."""
 
-    def ran(scenes: dict[str, Scene]) -> dict[str, Outcome]:
-        new = {level.hash: level for level in scenes.values() if level.hash not in known}
-        known.update(zip(new, run(list(new.values())), strict=True))
-        return {kind: known[level.hash] for kind, level in scenes.items()}
+    def run_scenes(scenes: dict[str, Scene]) -> dict[str, Outcome]:
+        new_scenes = {level.hash: level for level in scenes.values() if level.hash not in outcomes_by_hash}
+        outcomes_by_hash.update(zip(new_scenes, run(list(new_scenes.values())), strict=True))
+        return {kind: outcomes_by_hash[level.hash] for kind, level in scenes.items()}
 
-    outcomes = ran(levels(scene, model))
+    outcomes = run_scenes(levels(scene, model))
     if "coarser" in outcomes and outcomes["coarser"].table is None and outcomes["base"].table is not None:
         outcomes = {kind: outcomes[kind] for kind in ("base", "finer") if kind in outcomes}
-        outcomes |= ran(perturbed_scenes(scene))
+        outcomes |= run_scenes(perturbed_scenes(scene))
     tables = {kind: outcome.table for kind, outcome in outcomes.items() if outcome.table is not None}
-    moved = {kind for kind in outcomes if kind.endswith("perturbed")}
-    if not {"base", "finer"} <= tables.keys() or (moved and not moved & tables.keys()):
+    perturbations = {kind for kind in outcomes if kind.endswith("perturbed")}
+    if not {"base", "finer"} <= tables.keys() or (perturbations and not perturbations & tables.keys()):
         return Level(scene, outcomes, None)
     runs = Runs(refinement=refinement(model, scene), **tables)
     time = runs.base.time
@@ -142,8 +142,8 @@ def try_level(scene: Scene, model: str, run: Run, known: dict[str, Outcome]) -> 
     assert u is not None
     half_width = window_samples(scene.period, float(time[-1] - time[0]) / (time.size - 1))
     perturbed = [run.values(CHANNEL) for run in runs.perturbed_runs]
-    apart = spread(runs.original.values(CHANNEL), perturbed, half_width)
-    return Level(scene, outcomes, Estimate(time, u, apart))
+    parting = spread(runs.original.values(CHANNEL), perturbed, half_width)
+    return Level(scene, outcomes, Estimate(time, u, parting))
 
 
 def settings(scene: Scene, model: str, accuracy: str | float | None) -> Iterator[Scene]:
@@ -156,18 +156,18 @@ def settings(scene: Scene, model: str, accuracy: str | float | None) -> Iterator
     elif accuracy in NAMES:
         yield scene.variant(solver_values(model, str(accuracy), scene))
     elif model in OWN:
-        wanted = metres(accuracy)
+        error = metres(accuracy)
         (key,) = solver_values(model, "strict", scene)
-        named: list[Any] = [solver_values(model, name, scene)[key] for name in NAMES]
-        bounds = [expected(scene.variant({key: each}), model).error for each in named]
-        setting, (factor, _) = named[0], refinement(model, scene)
-        while setting > named[-1] * (1 + 1e-9):
+        named_settings: list[Any] = [solver_values(model, name, scene)[key] for name in NAMES]
+        bounds = [forecast(scene.variant({key: each}), model).error for each in named_settings]
+        setting, (factor, _) = named_settings[0], refinement(model, scene)
+        while setting > named_settings[-1] * (1 + 1e-9):
             # Between the names the error goes with a power of the setting.
-            if np.interp(log(setting), np.log(named[::-1]), np.log(bounds[::-1])) <= log(wanted):
-                wanted = inf  # all finer ones follow
+            if np.interp(log(setting), np.log(named_settings[::-1]), np.log(bounds[::-1])) <= log(error):
+                error = inf  # all finer ones follow
                 yield scene.variant({key: setting})
             setting = float(f"{setting / factor:.12g}")
-        yield scene.variant({key: named[-1]})
+        yield scene.variant({key: named_settings[-1]})
     else:
         metres(accuracy)
         level: Scene | None = scene
@@ -184,14 +184,14 @@ class Cost(NamedTuple):
     model: str
     further: int  # runs besides the one at this setting
     seconds: float  # processor time of all; nan where not recorded
-    refines: bool  # whether finer settings are tried where this one does not serve
+    refines: bool  # finer settings are tried where this one does not suffice
 
 
 def expected_cost(scene: Scene, model: str, accuracy: str | float | None) -> Cost:
     """Return the expected cost of the first setting of `accurate_run`; raises as `settings`."""
     first = next(settings(scene, model, accuracy))
     scenes = levels(first, model).values()
-    seconds = sum(expected(level, model).seconds for level in scenes)
+    seconds = sum(forecast(level, model).seconds for level in scenes)
     return Cost(first, model, len(scenes) - 1, seconds, accuracy is not None and accuracy not in NAMES)
 
 
@@ -199,7 +199,7 @@ class Limit(StrEnum):
     """Reason why a wanted error is not reached."""
 
     DIVERGENCE = "neighbouring trajectories diverge"
-    STOPPED = "finer settings have no result"
+    FAILURE = "finer settings have no result"
     FINEST = "the finest setting errs more"
     UNKNOWN = "no estimate"
 
@@ -212,8 +212,8 @@ class AccurateRun:
     wanted: float | None  # error of slider_x, m; None for a named setting, or the scene's own
     level: Level  # the setting that was taken
     table: Table  # with the outcome in its provenance under "accuracy"
-    tried: tuple[Level, ...]  # all settings in the order in which they were tried
-    stopped: Outcome | None  # of a run at the finest setting tried, if it did not succeed
+    tried: tuple[Level, ...]  # in the order of the attempts
+    failure: Outcome | None  # of a run at the finest setting tried, if it did not succeed
     runs: int  # number of them, with cached ones
     seconds: float  # wall time
 
@@ -231,7 +231,7 @@ class AccurateRun:
 
     @property
     def kept(self) -> bool:
-        """Whether the wanted error holds on enough samples; without one, whether the error is known."""
+        """True if the wanted error holds on enough samples; without one, if the error is known."""
         return self.estimate is not None if self.wanted is None else self.coverage >= FLOOR
 
     @property
@@ -243,7 +243,7 @@ class AccurateRun:
             return Limit.UNKNOWN
         if share_within(self.estimate.spread, self.wanted) < FLOOR:
             return Limit.DIVERGENCE
-        return Limit.FINEST if self.stopped is None else Limit.STOPPED
+        return Limit.FINEST if self.failure is None else Limit.FAILURE
 
     def with_uncertainty(self) -> Table:
         """Return the table with the estimated error, m, as ``slider_x_u`` beside slider_x; nan if unknown."""
@@ -286,63 +286,63 @@ def accurate_run(
     RunError
         If no setting has a result.
     """
-    begun = time.perf_counter()
+    start_time = time.perf_counter()
     scene = with_declared(scene, [model])
-    wanted = None if accuracy is None or accuracy in NAMES else metres(accuracy)
-    known: dict[str, Outcome] = {}
-    tried: list[Level] = []
+    error = None if accuracy is None or accuracy in NAMES else metres(accuracy)
+    outcomes: dict[str, Outcome] = {}
+    trials: list[Level] = []
 
-    def by_default(scenes: Sequence[Scene]) -> list[Outcome]:
+    def run_by_default(scenes: Sequence[Scene]) -> list[Outcome]:
         jobs = [Job(level, model) for level in scenes]
         return run_all(jobs, 0 if model == "reference" else n_jobs, on_progress)
 
     def coverage(level: Level) -> float:
         if level.estimate is None:
             return -1.0
-        return 1.0 if wanted is None else level.estimate.coverage(wanted)
+        return 1.0 if error is None else level.estimate.coverage(error)
 
     def attempt(level: Scene) -> float:
-        tried.append(try_level(level, model, run or by_default, known))
-        return coverage(tried[-1])
+        trials.append(try_level(level, model, run or run_by_default, outcomes))
+        return coverage(trials[-1])
 
     steps, before = list(settings(scene, model, accuracy)), -1.0
     while steps:
         now = attempt(steps.pop(0))
         # Without an estimate though the run has a result, it is the finer one that has none.
-        if now >= ENOUGH_COVERAGE or (now < 0.0 and tried[-1].table is not None):
+        if now >= ENOUGH_COVERAGE or (now < 0.0 and trials[-1].table is not None):
             break
         if before >= FLOOR and 0.0 <= ENOUGH_COVERAGE * now <= before:  # hardly more than before
             steps = steps[-1:]
         before = now
-    ended = [tried[-1].outcomes[kind] for kind in ("base", "finer") if kind in tried[-1].outcomes]
-    stopped = next((outcome for outcome in ended if outcome.table is None), None)
-    rough = coarser(model, tried[0].scene)
+    results = [trials[-1].outcomes[kind] for kind in ("base", "finer") if kind in trials[-1].outcomes]
+    failure = next((outcome for outcome in results if outcome.table is None), None)
+    coarser_scene = coarser(model, trials[0].scene)
     for _ in range(MOST_LEVELS):
-        if rough and all(level.estimate is None for level in tried):
-            attempt(rough)
-            rough = coarser(model, rough)
+        if coarser_scene and all(level.estimate is None for level in trials):
+            attempt(coarser_scene)
+            coarser_scene = coarser(model, coarser_scene)
 
     def merit(level: Level) -> tuple[float, float]:
-        """Return the predictable part, then how small the error is, or whether there is a result at all."""
-        small = float(level.table is not None) if level.estimate is None else -level.estimate.error_on(FLOOR)
-        return coverage(level), small
+        """Return the predictable part, then the negative error, or 1 for a result without one."""
+        rank = float(level.table is not None) if level.estimate is None else -level.estimate.error_on(FLOOR)
+        return coverage(level), rank
 
-    best = max(tried, key=merit)
+    best = max(trials, key=merit)
     table = successful(best.outcomes["base"], Job(best.scene, model))
-    seconds = time.perf_counter() - begun
-    result = AccurateRun(model, wanted, best, table, tuple(tried), stopped, len(known), seconds)
+    seconds = time.perf_counter() - start_time
+    result = AccurateRun(model, error, best, table, tuple(trials), failure, len(outcomes), seconds)
     # Lengths in m, times in s
     record: dict[str, object] = {
-        "wanted_m": wanted,
+        "wanted_m": error,
         "kept": result.kept,
         "limit": result.limit,
         "from": "runs on this scene",
         "runs": result.runs,
     }
-    if (error := best.estimate) is not None:
-        record["estimated_m"] = {f"{share:g}": error.error_on(share) for share in (FLOOR, 0.5, 0.9, 1.0)}
-        if wanted is not None:
-            until = error.until(wanted)
+    if (estimate := best.estimate) is not None:
+        record["estimated_m"] = {f"{share:g}": estimate.error_on(share) for share in (FLOOR, 0.5, 0.9, 1.0)}
+        if error is not None:
+            until = estimate.until(error)
             record |= {"coverage": result.coverage, "until_s": None if until == inf else until}
     return replace(result, table=replace(table, provenance={**table.provenance, "accuracy": record}))
 

@@ -59,7 +59,7 @@ ROUND_OFF = 4 * float(np.finfo(np.float64).eps)  # of the largest value: storing
 # cycles at 1e-6 s; measured there (slider_y of the ideal mechanism, known in closed form) is 4e-12.
 TIME_ROUND_OFF = 1e-11
 FIRST = 1000
-"""Samples by which a motion without a stated period or scale is known: later ones only widen its range."""
+"""Samples that give the range of a motion without a stated period or scale: later ones only widen it."""
 
 Windows = tuple[NDArray[np.intp], NDArray[np.intp]]
 """First and last sample of the window of each sample, each of shape (n,); n where it exceeds the run."""
@@ -121,12 +121,12 @@ def perturbed_scenes(scene: Scene) -> dict[str, Scene]:
     if not scene.loose:
         return {}
     if scene.is_linkage:  # of every second state to the other side
-        shifts = {state: PERTURBATION * scale for state, scale in in_clearances(scene).items()}
-        turned = {state: shift * (-1) ** n for n, (state, shift) in enumerate(shifts.items())}
-        return {"perturbed": shifted(scene, shifts), "other_perturbed": shifted(scene, turned)}
+        shifts = {state: PERTURBATION * scale for state, scale in clearance_scales(scene).items()}
+        opposites = {state: shift * (-1) ** n for n, (state, shift) in enumerate(shifts.items())}
+        return {"perturbed": shift_start(scene, shifts), "other_perturbed": shift_start(scene, opposites)}
     shift = perturbation(scene)
-    scenes = {"perturbed": moved(scene, shift, shift)}
-    return scenes | ({"other_perturbed": moved(scene, shift, -shift)} if "slider" in scene.loose else {})
+    scenes = {"perturbed": move_start(scene, shift, shift)}
+    return scenes | ({"other_perturbed": move_start(scene, shift, -shift)} if "slider" in scene.loose else {})
 
 
 def movable(scene: Scene) -> str | None:
@@ -139,30 +139,30 @@ def perturbation(scene: Scene) -> float:
     return max(LEAST_PERTURBATION, PERTURBATION * scene.clearance(scene.loose[-1]))
 
 
-def moved(scene: Scene, across: float, turned: float) -> Scene:
-    """Return a scene whose slider, else crank pin, starts ``across`` (m) and ``turned`` / length off."""
+def move_start(scene: Scene, shift: float, tilt: float) -> Scene:
+    """Return a scene whose slider, else crank pin, starts ``shift`` (m) and ``tilt`` / length off."""
     start, mechanism = scene.data["initial"], scene.data["mechanism"]
     if "slider" not in scene.loose:
-        angle = mechanism["crank_angle_deg"] + degrees(across / mechanism["crank"]["length"])
+        angle = mechanism["crank_angle_deg"] + degrees(shift / mechanism["crank"]["length"])
         return scene.variant({"mechanism.crank_angle_deg": angle})
-    angle = start["slider_angle"] + turned / mechanism["slider"]["length"]
-    offset = start["slider_offset"] + across
+    angle = start["slider_angle"] + tilt / mechanism["slider"]["length"]
+    offset = start["slider_offset"] + shift
     return scene.variant({"initial.slider_offset": offset, "initial.slider_angle": angle})
 
 
-def in_clearances(scene: Scene) -> dict[str, float]:
+def clearance_scales(scene: Scene) -> dict[str, float]:
     """Return the states of the start within the clearances of a linkage, and their scales (m, rad)."""
     scales = dict[str, float]()
-    for name, own in scene.data.get("clearance", {}).items():
-        size, guide = own["size"], "length" in own
+    for name, clearance in scene.data.get("clearance", {}).items():
+        size, guide = clearance["size"], "length" in clearance
         scales |= {f"{name}.{axis}": size for axis in (["offset"] if guide else "xy")}
-        scales |= {f"{name}.tilt": size / own["length"]} if guide else {}
+        scales |= {f"{name}.tilt": size / clearance["length"]} if guide else {}
     return scales
 
 
-def shifted(scene: Scene, offsets: Mapping[str, float]) -> Scene:
-    """Return a linkage whose start is moved in states: BODY.angle and the like, and `in_clearances`."""
-    moved: dict[str, Any] = {}
+def shift_start(scene: Scene, offsets: Mapping[str, float]) -> Scene:
+    """Return a linkage whose start is moved in states: BODY.angle and the like, and `clearance_scales`."""
+    changes: dict[str, Any] = {}
     for state, offset in offsets.items():
         if not offset:
             continue
@@ -171,16 +171,16 @@ def shifted(scene: Scene, offsets: Mapping[str, float]) -> Scene:
         table = "clearance" if name in scene.loose else "initial"
         value = scene.data[table].get(name, {})
         if table == "clearance" and quantity in "xy":
-            both = moved.setdefault(f"clearance.{name}.offset", [*value["offset"]])
-            both["xy".index(quantity)] += offset
+            vector = changes.setdefault(f"clearance.{name}.offset", [*value["offset"]])
+            vector["xy".index(quantity)] += offset
         else:
-            turned = degrees(offset) if key.endswith("_deg") else offset
-            moved[f"{table}.{name}.{key}"] = value.get(key, 0.0) + turned
+            change = degrees(offset) if key.endswith("_deg") else offset
+            changes[f"{table}.{name}.{key}"] = value.get(key, 0.0) + change
     for name in scene.loose:  # one that touches stays within the gap
-        if place := moved.get(key := f"clearance.{name}.offset"):
-            share = min(1.0, (1 - 1e-15) * scene.clearance(name) / float(np.linalg.norm(place)))
-            moved[key] = [share * each for each in place] if isinstance(place, list) else share * place
-    return scene.variant(moved)
+        if vector := changes.get(key := f"clearance.{name}.offset"):
+            share = min(1.0, (1 - 1e-15) * scene.clearance(name) / float(np.linalg.norm(vector)))
+            changes[key] = [share * each for each in vector] if isinstance(vector, list) else share * vector
+    return scene.variant(changes)
 
 
 def uncertainty(
@@ -195,21 +195,21 @@ def uncertainty(
     u, original = SAFETY_FACTOR * distance, levels.base
     if levels.coarser is not None:
         original, gain = levels.coarser, levels.factor ** (1.0 if isnan(levels.order) else levels.order)
-        coarse = _window_maximum(np.abs(levels.coarser - levels.base), half_width)
+        coarse_distance = _window_maximum(np.abs(levels.coarser - levels.base), half_width)
         # Equal runs have no order: 0/0 is nan and x/0 is inf, both outside the band.
         with np.errstate(divide="ignore", invalid="ignore"):
-            order = np.log(coarse / distance) / np.log(levels.factor)
-            below = np.clip(coarse / distance - 1.0, 1.0, gain)
+            order = np.log(coarse_distance / distance) / np.log(levels.factor)
+            observed_gain = np.clip(coarse_distance / distance - 1.0, 1.0, gain)
         in_order = np.abs(order - levels.order) <= ORDER_BAND * levels.order
         safety = np.where(in_order, SAFETY_FACTOR_IN_ORDER * gain / (gain - 1.0), SAFETY_FACTOR)
-        reduction = np.where(order < (1.0 - ORDER_BAND) * levels.order, below, gain)
-        u = safety * np.maximum(distance, coarse / reduction)
-    apart = spread(original, levels.perturbed, half_width)
+        reduction = np.where(order < (1.0 - ORDER_BAND) * levels.order, observed_gain, gain)
+        u = safety * np.maximum(distance, coarse_distance / reduction)
+    parting = spread(original, levels.perturbed, half_width)
     if half_width and not whole:
         with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.nan_to_num(SAFETY_FACTOR * distance / apart, nan=0.0)
-        apart = apart * np.minimum(np.maximum.accumulate(share), 1.0)
-    u = np.maximum(np.maximum(u, apart), floor)
+            share = np.nan_to_num(SAFETY_FACTOR * distance / parting, nan=0.0)
+        parting = parting * np.minimum(np.maximum.accumulate(share), 1.0)
+    u = np.maximum(np.maximum(u, parting), floor)
     if not levels.ensemble:
         return u
     farthest = np.max([np.abs(run - levels.base) for run in levels.ensemble], axis=0)
@@ -222,15 +222,15 @@ def model_uncertainty(
     period: float,
     ensemble: Sequence[Table] = (),
     every: int = 1,
-    learnt: int | None = None,
+    n_first: int | None = None,
     *,
-    near: Array | None = None,
+    gap_u: Array | None = None,
 ) -> Array | None:
     """Evaluate u(t) for one channel of one model's runs, in its unit; None without a finer run.
 
     ``period`` is that of the motion, s; the ensemble has further runs at the base's setting and times from
-    moved starts; of ``every`` so many samples the first counts. ``learnt``: see `so_far`. ``near`` is that of
-    the gap which the channel follows, if it is known.
+    moved starts; of ``every`` so many samples the first counts. ``n_first``: see `so_far`. ``gap_u`` is u of
+    the gap that the channel follows, where available.
     """
     if runs.finer is None:
         return None
@@ -247,23 +247,23 @@ def model_uncertainty(
         *runs.refinement,
         ensemble=tuple(map(values, ensemble)),
     )
-    floor = round_off(base, time, runs.base.known[name], learnt)
-    u = uncertainty(levels, windows(time, WINDOW * period), floor, whole=learnt is not None)
+    floor = round_off(base, time, runs.base.known[name], n_first)
+    u = uncertainty(levels, windows(time, WINDOW * period), floor, whole=n_first is not None)
     axes = runs.base.known[name].gap
     if axes and {*axes} <= {*runs.base.names}:
-        if near is None or len(axes) > 1:
-            parts = [model_uncertainty(runs, axis, period, ensemble, every, learnt) for axis in axes]
-            near = np.hypot.reduce([part for part in parts if part is not None])
+        if gap_u is None or len(axes) > 1:
+            parts = [model_uncertainty(runs, axis, period, ensemble, every, n_first) for axis in axes]
+            gap_u = np.hypot.reduce([part for part in parts if part is not None])
         # The eccentricity of a journal is its clearance, the scale of both, where it touches.
-        closed = 0.0 if len(axes) == 1 else runs.base.known[axes[0]].given
-        open_ = np.abs(np.hypot.reduce([values(runs.base, axis) for axis in axes]) - closed)
-        touching = (base == 0.0) & (open_ <= near)
-        u = np.where(touching, np.maximum(u, so_far(np.abs(base), learnt)), u)
+        clearance = 0.0 if len(axes) == 1 else runs.base.known[axes[0]].given
+        gap = np.abs(np.hypot.reduce([values(runs.base, axis) for axis in axes]) - clearance)
+        touching = (base == 0.0) & (gap <= gap_u)
+        u = np.where(touching, np.maximum(u, so_far(np.abs(base), n_first)), u)
     return u
 
 
 def spread(original: Array, perturbed: Sequence[Array], half_width: int | Windows) -> Array:
-    """Return 3 d_t, by how much neighbouring starts part; shape (n,)."""
+    """Return 3 d_t, the distance of runs from neighbouring starts; shape (n,)."""
     farthest = np.max([np.abs(original - run) for run in perturbed], axis=0, initial=0.0)
     return SAFETY_FACTOR * _window_maximum(np.broadcast_to(farthest, original.shape), half_width)
 
@@ -276,13 +276,13 @@ def windows(time: Array, width: float) -> Windows:
     return np.maximum(first, 0), np.searchsorted(time, time + width - slack)
 
 
-def so_far(values: Array, learnt: int | None = None) -> Array:
+def so_far(values: Array, n_first: int | None = None) -> Array:
     """Return the largest value up to each sample, shape (n,).
 
-    At least of the first samples, ``learnt`` so many; None: of all.
+    The first ``n_first`` samples (None: all of them) share their largest value.
     """
     largest = np.maximum.accumulate(values)
-    largest[:learnt] = largest[:learnt][-1]
+    largest[:n_first] = largest[:n_first][-1]
     return largest
 
 
@@ -315,20 +315,20 @@ def window_samples(period: float, interval: float) -> int:
     return max(1, int(np.ceil(WINDOW * period / interval - 1e-6)))
 
 
-def round_off(values: Array, time: Array, channel: Channel, learnt: int | None = None) -> Array:
+def round_off(values: Array, time: Array, channel: Channel, n_first: int | None = None) -> Array:
     """Return the round-off of samples in double precision, in the channel's unit; shape (n,).
 
     The largest of: its absolute number (``channels.toml``), some epsilon, or half of the last digit that a
     table prints, of its largest value, and its change within the error of time (s); all but the first as far
     as `so_far` says.
     """
-    rate = so_far(np.append(0.0, np.abs(np.diff(values) / np.diff(time))), learnt)
-    clock = TIME_ROUND_OFF * so_far(time - time[0], learnt)
-    stored = max(ROUND_OFF, channel.rounding) * so_far(np.abs(values), learnt)
-    return np.maximum(np.maximum(channel.round_off, stored), clock * rate)
+    rate = so_far(np.append(0.0, np.abs(np.diff(values) / np.diff(time))), n_first)
+    time_error = TIME_ROUND_OFF * so_far(time - time[0], n_first)
+    storage_error = max(ROUND_OFF, channel.rounding) * so_far(np.abs(values), n_first)
+    return np.maximum(np.maximum(channel.round_off, storage_error), time_error * rate)
 
 
-def observed_order(runs: Runs, judged: Mapping[str, tuple[BoolArray, float]]) -> float:
+def observed_order(runs: Runs, samples_by_channel: Mapping[str, tuple[BoolArray, float]]) -> float:
     """Return the order at which the error of a model follows its setting, nan if unknown.
 
     With d_c and d_f the root mean squares of coarser minus base and of base minus finer, over the channel's
@@ -338,7 +338,7 @@ def observed_order(runs: Runs, judged: Mapping[str, tuple[BoolArray, float]]) ->
     if runs.coarser is None or runs.finer is None:
         return nan
     coarse = fine = 0.0
-    for name, (samples, scale) in judged.items():
+    for name, (samples, scale) in samples_by_channel.items():
         coarser, base, finer = (run.values(name) for run in (runs.coarser, runs.base, runs.finer))
         if base.shape != samples.shape:  # it was interpolated
             return nan

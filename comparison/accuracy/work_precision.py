@@ -1,9 +1,9 @@
 """Error and processor time of the settings of both models on one scene, within a stated time.
 
-How well the motion is known: three times the largest distance, in a window, of the most accurate run from
+The uncertainty of the motion is three times the largest distance, in a window, of the most accurate run from
 that of the other model and from its own of two neighbouring starts, since two runs alone may be close by
-chance. The error of a setting is its distance from the most accurate run and that of these, where the motion
-is known well enough.
+chance. The error of a setting is its distance from the most accurate run plus a third of this uncertainty,
+at the samples where this is small enough.
 """
 
 import time
@@ -44,7 +44,7 @@ EXACT = {"minimal": 1e-13, "tree": 1e-11, "full": 5e-7}
 DECADES = tuple(10.0**-n for n in range(5, 13))  # m, for which the cheapest setting is looked for
 WARM = 0.02  # cycles of a first run that compiles code; its time does not count
 SHORT = 0.1  # s of processor time within which a run is repeated up to twice: the least counts
-LATE, WAITING = "time limit", "not begun"
+TIME_LIMIT, WAITING = "time limit", "not begun"
 _warm: set[str] = set()
 
 
@@ -64,7 +64,7 @@ class TimedRun:
     """One run of a candidate: processor time, s, and if it has a result slider_x, m, shape (n,), and work."""
 
     candidate: Candidate
-    status: str  # "success", a status of the model, or what kept it from running
+    status: str  # "success", a status of the model, or the reason why it did not run
     seconds: float = nan
     x: Array | None = None
     evaluations: int | None = None  # of the equations of motion
@@ -84,7 +84,7 @@ class WorkPrecision:
 
     @property
     def confirmed(self) -> bool:
-        """Whether the most accurate run is compared with the other model's."""
+        """True if the most accurate run is compared with the other model's."""
         pair = self.exact, self.confirming
         return len({row.candidate.model for row in pair if row is not None}) == 2
 
@@ -96,20 +96,20 @@ class WorkPrecision:
     def resolution(self) -> float:
         """Largest u at which errors are compared, m: the least that enough samples keep."""
         scale = channels()[CHANNEL].scale_value(self.scene.data, nan)
-        wanted = [thresholds(tier).largest(scale) for tier in reversed(TIERS)]
-        enough = [error for error in wanted if self.coverage(error) >= FLOOR]
-        return enough[0] if enough else error_on(self.u, FLOOR)
+        limits = [thresholds(tier).largest(scale) for tier in reversed(TIERS)]
+        errors = [error for error in limits if self.coverage(error) >= FLOOR]
+        return errors[0] if errors else error_on(self.u, FLOOR)
 
-    def error(self, row: TimedRun, known: float | None = None, *, doubt: float = 1.0) -> float:
-        """Return the largest error of a run, m, where u is at most ``known``, else at most `resolution`.
+    def error(self, row: TimedRun, largest_u: float | None = None, *, doubt: float = 1.0) -> float:
+        """Return the largest error of a run, m, where u is at most ``largest_u``, by default `resolution`.
 
-        How far the most accurate run may be off is added to the distance from it; ``doubt`` -1 subtracts it.
+        The error of the most accurate run is added to the distance from it; ``doubt`` -1 subtracts it.
         """
         if row.x is None or self.exact is None or self.exact.x is None or not self.u.size:
             return nan
-        counts = self.u <= (self.resolution if known is None else known)
-        off = np.abs(row.x - self.exact.x) + doubt * self.u / SAFETY_FACTOR
-        return float(np.max(off[counts], initial=0.0))
+        counts = self.u <= (self.resolution if largest_u is None else largest_u)
+        distance = np.abs(row.x - self.exact.x) + doubt * self.u / SAFETY_FACTOR
+        return float(np.max(distance[counts], initial=0.0))
 
     @cached_property
     def front(self) -> tuple[TimedRun, ...]:
@@ -126,8 +126,8 @@ class WorkPrecision:
         """Return the setting with the least processor time that keeps an error, m, if it can be seen."""
         if self.coverage(error) < FLOOR:
             return None
-        good = [row for row in self.rows if self.error(row, error) <= error]
-        return min(good, key=lambda row: row.seconds, default=None)
+        rows = [row for row in self.rows if self.error(row, error) <= error]
+        return min(rows, key=lambda row: row.seconds, default=None)
 
 
 def candidates(scene: Scene) -> list[Candidate]:
@@ -136,16 +136,16 @@ def candidates(scene: Scene) -> list[Candidate]:
     Exudyn's tree is left out where a scene asks for forces that only its five bodies have; multipliers,
     which take as many steps of more work, where the scene does not name them.
     """
-    least = smallest("exudyn", scene.data)
-    wanted = {"minimal", least, "full", scene.data["solver"]["reference"]["formulation"]}
-    models = {name: model for model in MODELS for name in formulations(model, scene.data) if name in wanted}
+    exudyn_formulation = smallest("exudyn", scene.data)
+    names = {"minimal", exudyn_formulation, "full", scene.data["solver"]["reference"]["formulation"]}
+    models = {name: model for model in MODELS for name in formulations(model, scene.data) if name in names}
 
     def candidate(name: str, setting: float) -> Candidate:
         model = models[name]
         key = declared_formulations(model)[name]["setting"]
         return Candidate(scene_at(scene, model, name, setting), model, name, key, setting)
 
-    exact = {(name, EXACT[name]): None for name in ("minimal", least)}
+    exact = {(name, EXACT[name]): None for name in ("minimal", exudyn_formulation)}
     rest = [(place, name, each) for name in models for place, each in enumerate(SETTINGS[name])]
     others = {(name, setting): None for _, name, setting in sorted(rest, key=lambda each: each[0])}
     return [candidate(*each) for each in exact | others]
@@ -157,14 +157,14 @@ def time_run(candidate: Candidate, progress: Callable[[float], None]) -> TimedRu
     try:
         if candidate.formulation not in _warm:
             per_cycle = candidate.scene.data["output"]["samples_per_cycle"]
-            short = max(1, round(WARM * per_cycle)) / per_cycle
-            run_one(candidate.scene.variant({"drive.cycles": short}), candidate.model)
+            cycles = max(1, round(WARM * per_cycle)) / per_cycle
+            run_one(candidate.scene.variant({"drive.cycles": cycles}), candidate.model)
             _warm.add(candidate.formulation)
         times: list[float] = []
         while not times or (len(times) < 3 and sum(times) < SHORT):
-            begun = time.process_time()
+            start = time.process_time()
             table = run_one(candidate.scene, candidate.model)
-            times.append(time.process_time() - begun)
+            times.append(time.process_time() - start)
     except RunError as error:
         return TimedRun(candidate, error.outcome.status)
     except SceneError as error:
@@ -192,44 +192,44 @@ def work_precision(
     on_finished
         Called with the share of the time, 0 to 1, and each finished run.
     """
-    begun = time.monotonic()
+    start_time = time.monotonic()
     planned = {str(number): candidate for number, candidate in enumerate(candidates(scene))}
     rows = {name: TimedRun(candidate, WAITING) for name, candidate in planned.items()}
     first = planned["0"]
-    moved = {name: replace(first, scene=start) for name, start in perturbed_scenes(first.scene).items()}
-    tasks = {name: planned[name] for name in ("0", "1")} | moved | planned
+    neighbours = {name: replace(first, scene=start) for name, start in perturbed_scenes(first.scene).items()}
+    tasks = {name: planned[name] for name in ("0", "1")} | neighbours | planned
     interrupted = False
     try:
-        with closing(work(time_run, list(tasks.items()), n_jobs, until=begun + seconds)) as events:
+        with closing(work(time_run, list(tasks.items()), n_jobs, until=start_time + seconds)) as events:
             for name, event in events:
                 if isinstance(event, Share):
                     continue
-                ended = event.words if isinstance(event, Died) else LATE
-                rows[name] = event if isinstance(event, TimedRun) else TimedRun(tasks[name], ended)
-                if on_finished and name not in moved:
-                    on_finished(min(1.0, (time.monotonic() - begun) / seconds), rows[name])
+                status = event.words if isinstance(event, Died) else TIME_LIMIT
+                rows[name] = event if isinstance(event, TimedRun) else TimedRun(tasks[name], status)
+                if on_finished and name not in neighbours:
+                    on_finished(min(1.0, (time.monotonic() - start_time) / seconds), rows[name])
     except KeyboardInterrupt:
         interrupted = True
-    neighbours = [rows.pop(name) for name in moved if name in rows]
-    return evaluate_runs(scene, tuple(rows.values()), neighbours, interrupted=interrupted)
+    neighbour_runs = [rows.pop(name) for name in neighbours if name in rows]
+    return evaluate_runs(scene, tuple(rows.values()), neighbour_runs, interrupted=interrupted)
 
 
 def evaluate_runs(
     scene: Scene, rows: Sequence[TimedRun], neighbours: Sequence[TimedRun] = (), *, interrupted: bool = False
 ) -> WorkPrecision:
-    """Choose the most accurate runs, which with neighbouring ones show how well the motion is known."""
+    """Choose the most accurate runs; they and the neighbouring ones give the motion's uncertainty."""
     order = list(SETTINGS)  # of each model the smallest first
-    finished = sorted(
+    results = sorted(
         (row for row in rows if row.x is not None),
         key=lambda row: (order.index(row.candidate.formulation), row.candidate.setting),
     )
-    reference, exudyn = ([row for row in finished if row.candidate.model == model] for model in MODELS)
+    reference, exudyn = ([row for row in results if row.candidate.model == model] for model in MODELS)
     pair = [reference[0], exudyn[0]] if reference and exudyn else (reference or exudyn)[:2]
     exact, confirming = [*pair, None, None][:2]
-    moved = [row.x for row in neighbours if row.x is not None] if exact is rows[0] else []
-    known = np.empty(0)
+    neighbour_x = [row.x for row in neighbours if row.x is not None] if exact is rows[0] else []
+    u = np.empty(0)
     if len(pair) == 2:
         x, other = (row.x for row in pair if row.x is not None)
         half_width = window_samples(scene.period, scene.duration / (x.size - 1))
-        known = spread(x, [other, *moved], half_width)
-    return WorkPrecision(scene, tuple(rows), exact, confirming, known, len(moved), interrupted)
+        u = spread(x, [other, *neighbour_x], half_width)
+    return WorkPrecision(scene, tuple(rows), exact, confirming, u, len(neighbour_x), interrupted)

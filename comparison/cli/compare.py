@@ -108,17 +108,17 @@ class Comparison:
         from comparison.verdict.channel import Criteria
 
         names = None if self.channels is None else [name.strip() for name in self.channels.split(",")]
-        same = ("tolerance", "absolute", "share", "time_tolerance", "at_events", "common_time", "period")
-        stated = parse_set([f"until={self.until}"] if self.until else [])
-        criteria = Criteria(channels=names, **stated, **{name: getattr(self, name) for name in same})
+        fields = ("tolerance", "absolute", "share", "time_tolerance", "at_events", "common_time", "period")
+        values = parse_set([f"until={self.until}"] if self.until else [])
+        criteria = Criteria(channels=names, **values, **{name: getattr(self, name) for name in fields})
         refinements = tuple(
             _factor_and_order(getattr(self, f"refinement_{side}"), f"--refinement-{side}") for side in "ab"
         )
         scene = None if self.scene is None else load_scene(self.scene)
         mapping = None if self.mapping is None else load_mapping(self.mapping)
         errors = tuple(None if path is None else _errors(path) for path in (self.u_a, self.u_b))
-        known = {"refinements": refinements, "errors": errors}
-        return {"scene": scene, "mapping": mapping, "criteria": criteria, **known}
+        arguments = {"scene": scene, "mapping": mapping, "criteria": criteria}
+        return {**arguments, "refinements": refinements, "errors": errors}
 
     def command(self, **changes: object) -> str:
         """Return the command with all options that affect a number, some of them with other values."""
@@ -134,7 +134,7 @@ class Comparison:
         return command_line("compare", [str(self.a), str(self.b)], {}, words)
 
 
-@console.taking(Comparison)
+@console.take_options(Comparison)
 def compare(options: Comparison) -> int:
     """Compare any two tables, also of other programs, or all tables of one name in two folders.
 
@@ -193,9 +193,9 @@ def _suggest(options: Comparison) -> int:
     if path.exists():
         raise FolderError(f"{path}: exists, and is not overwritten; --out names another file")
     dialects = load_mapping(options.mapping).dialect if options.mapping else Dialects()
-    guesses, left = suggest(a, b, dialects)
+    guesses, rest = suggest(a, b, dialects)
     command = command_line("compare", [str(a), str(b)], {}, ["--mapping", str(path), "--tolerance", "0.01"])
-    text = mapping_text(guesses, left, dialects, command)
+    text = mapping_text(guesses, rest, dialects, command)
     write_text(text, path)
     if options.json:
         print_json([rule for guess in guesses for rule in guess.rules()])
@@ -210,10 +210,10 @@ def _by_name(a: Path, b: Path, criteria: dict[str, Any]) -> list[SceneComparison
     from comparison.verdict.recorded import compare_files
     from comparison.verdict.results import no_comparison_of_tables
 
-    (first, *left_a), (second, *left_b) = tables_in(a), tables_in(b)
-    for folder, left in ((a, left_a[0]), (b, left_b[0])):
-        if left:
-            warn([f"{folder}: not compared, since they are no tables: {', '.join(left)}"])
+    (first, *others_a), (second, *others_b) = tables_in(a), tables_in(b)
+    for folder, others in ((a, others_a[0]), (b, others_b[0])):
+        if others:
+            warn([f"{folder}: not compared, since they are no tables: {', '.join(others)}"])
     if not first:
         raise TableError(f"{a}: holds no table")
     labels = (a.name, b.name) if a.name != b.name else (str(a), str(b))
@@ -227,9 +227,9 @@ def _by_name(a: Path, b: Path, criteria: dict[str, Any]) -> list[SceneComparison
         except TableError as error:
             comparison = no_comparison_of_tables(name, str(error), labels)
         comparisons.append(replace(comparison, name=name))
-    alone = [name for name in second if name not in first]
+    extras = [name for name in second if name not in first]
     return comparisons + [
-        no_comparison_of_tables(name, f"{a} has no table of this name", labels) for name in alone
+        no_comparison_of_tables(name, f"{a} has no table of this name", labels) for name in extras
     ]
 
 
@@ -302,7 +302,7 @@ class Validation:
         return command_line("validate", self.scenes or [], self.changes, choices)
 
 
-@console.taking(Validation)
+@console.take_options(Validation)
 def validate(options: Validation) -> int:
     """Run scenes by two models, compare them, and write a report.
 
@@ -359,7 +359,7 @@ class Motion:
     allow_indeterminate: console.AllowIndeterminate = False
 
 
-@console.taking(Motion)
+@console.take_options(Motion)
 def reliability(options: Motion) -> int:
     """Compute how reliably the slider follows the ideal mechanism.
 
@@ -373,13 +373,13 @@ def reliability(options: Motion) -> int:
     from comparison.words.record import reliability_mapping
     from comparison.words.reliability import difference_rows, table_notes, table_rows
 
-    same = ("ideal", "period", "mapping", "at_events", "finer_a", "finer_b")
+    fields = ("ideal", "period", "mapping", "at_events", "finer_a", "finer_b")
     result = reliability_of(
         options.a,
         options.b,
         limits=dict(map(_limits, options.limits or ())),
         scene=None if options.scene is None else load_scene(options.scene),
-        **{name: getattr(options, name) for name in same},
+        **{name: getattr(options, name) for name in fields},
     )
     for label, name in zip("ab", result.names, strict=False):
         say(f"{label}: {name}", err=options.json)

@@ -105,8 +105,8 @@ def columns(
     for row in rows:
         cells = []
         for number, (cell, wide) in enumerate(zip(row, widths, strict=True)):
-            cut = cell if len(cell) <= wide else cell[: max(0, wide - 3)].rstrip() + "..."
-            cells.append(cut.rjust(wide) if number in right else cut.ljust(wide))
+            text = cell if len(cell) <= wide else cell[: max(0, wide - 3)].rstrip() + "..."
+            cells.append(text.rjust(wide) if number in right else text.ljust(wide))
         while cells and not cells[-1].strip():
             cells.pop()
         if cells:
@@ -168,15 +168,15 @@ def is_refusal(error: Exception) -> bool:
 @contextmanager
 def uninterrupted() -> Iterator[None]:
     """Let Ctrl-C wait until files are written; it arrives in the main thread, unless it is ignored."""
-    before, interrupts = signal.getsignal(signal.SIGINT), list[int]()
-    if threading.current_thread() is not threading.main_thread() or before is signal.SIG_IGN:
+    handler, interrupts = signal.getsignal(signal.SIGINT), list[int]()
+    if threading.current_thread() is not threading.main_thread() or handler is signal.SIG_IGN:
         yield
         return
     signal.signal(signal.SIGINT, lambda number, _: interrupts.append(number))
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.signal(signal.SIGINT, handler)
     if interrupts:
         raise KeyboardInterrupt
 
@@ -188,7 +188,7 @@ BETWEEN_LINES = 10.0
 SILENCE = 60.0
 """Time after which a line follows even if little has changed, s."""
 Reporter = Callable[..., None]
-"""Takes the finished share, 0 to 1, and the name of the part just finished ("" without one)."""
+"""Function of the finished share, 0 to 1, and the name of the part just finished ("" without one)."""
 
 
 @contextmanager
@@ -209,8 +209,8 @@ def progress(text: str, *, quiet: bool = False) -> Iterator[Reporter]:
         with Progress(console=Console(stderr=True), transient=True, redirect_stdout=False) as bar:
             task = bar.add_task(text, total=1.0)
 
-            def show(share: float, finished: str = "") -> None:
-                bar.update(task, completed=share, description=f"{text}, {finished}" if finished else None)
+            def show(share: float, part: str = "") -> None:
+                bar.update(task, completed=share, description=f"{text}, {part}" if part else None)
 
             yield show
 
@@ -218,7 +218,7 @@ def progress(text: str, *, quiet: bool = False) -> Iterator[Reporter]:
 _FORESEEN = 0.1  # share of the work from which on its rest is estimated
 
 
-def _silence(share: float, finished: str = "") -> None:
+def _silence(share: float, part: str = "") -> None:
     pass
 
 
@@ -231,28 +231,28 @@ class Lines:
 
     def __init__(self, text: str, clock: Callable[[], float] = time.monotonic) -> None:
         self._text, self._clock = text, clock
-        self._printed, self._shown, self._finished = clock(), 0.0, ""
+        self._last_time, self._last_share, self._part = clock(), 0.0, ""
         self._first: tuple[float, float] | None = None  # time and share of the first report
 
-    def __call__(self, share: float, finished: str = "") -> None:
+    def __call__(self, share: float, part: str = "") -> None:
         """Report the finished share; a part that finishes too early for a line is named in the next one."""
         now = self._clock()
-        if share < self._shown:  # further runs are needed
-            self._first, self._shown, finished = None, 0.0, "further runs"
+        if share < self._last_share:  # further runs are needed
+            self._first, self._last_share, part = None, 0.0, "further runs"
         self._first = start, before = self._first or (now, share)
-        self._finished = finished or self._finished
+        self._part = part or self._part
         # The small addend undoes the rounding of the difference alone.
-        changed = self._finished or share - self._shown >= 0.1 - 1e-9
-        if share >= 1.0 or now - self._printed < (BETWEEN_LINES if changed else SILENCE):
+        changed = self._part or share - self._last_share >= 0.1 - 1e-9
+        if share >= 1.0 or now - self._last_time < (BETWEEN_LINES if changed else SILENCE):
             return
         line = f"{share:.0%}"
         # Not of cached runs alone, which say nothing about the time of others, nor of the first of many.
         if share > before and share >= _FORESEEN:
             rest = (now - start) * (1.0 - share) / (share - before)
             line += f", about {rest / 60.0:.0f} min left" if rest >= 60.0 else ", less than a minute left"
-        if self._finished:
-            line += f"; {self._finished}"
-        self._printed, self._shown, self._finished = now, share, ""
+        if self._part:
+            line += f"; {self._part}"
+        self._last_time, self._last_share, self._part = now, share, ""
         say(f"sixbar: {self._text}: {line}", err=True)
 
 
@@ -265,10 +265,10 @@ MAIN = "150rpm-0.2mm"
 Options = TypeVar("Options")
 
 
-def taking(options: type[Options]) -> Callable[[Callable[[Options], int]], Callable[..., int]]:
+def take_options(options: type[Options]) -> Callable[[Callable[[Options], int]], Callable[..., int]]:
     """Let a command take its options as one object of a dataclass, whose fields are annotated for typer."""
 
-    def taken(command: Callable[[Options], int]) -> Callable[..., int]:
+    def decorate(command: Callable[[Options], int]) -> Callable[..., int]:
         @wraps(command)
         def with_options(**values: Any) -> int:
             return command(options(**values))
@@ -276,7 +276,7 @@ def taking(options: type[Options]) -> Callable[[Callable[[Options], int]], Calla
         vars(with_options)["__signature__"] = inspect.signature(options, eval_str=True)
         return with_options
 
-    return taken
+    return decorate
 
 
 def option(metavar: str | None, text: str, *names: str, **more: Any) -> Any:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from comparison.scene import Scene
 
 BASELINE = Path("sixbar-baseline.toml")
-SHOWN = 15  # most lines on a terminal; the files hold all
+MOST_LINES = 15  # most lines on a terminal; the files hold all
 
 
 def gate(
@@ -50,25 +50,25 @@ def gate(
     from comparison.words.record import gate_counts, gate_lines, gate_notes, gate_summary, of_gate
 
     baseline = expanded(baseline)
-    loaded = [load_scene(name) for name in dict.fromkeys(scenes or [])]
-    console.check_unique([scene.name for scene in loaded], "baseline")
+    selection = [load_scene(name) for name in dict.fromkeys(scenes or [])]
+    console.check_unique([scene.name for scene in selection], "baseline")
     if update and json:
         raise typer.BadParameter("--json prints a check: with --update nothing is checked")
     if update:
-        return _update(loaded, baseline, jobs or cpus(), quiet=quiet)
+        return _update(selection, baseline, jobs or cpus(), quiet=quiet)
     folder = check_folder(out or console.REPORTS / "gate")
     record = read(baseline)
-    chosen, gone = (loaded, []) if scenes else scenes_of(record, baseline.parent)
+    checked_scenes, missing = (selection, []) if scenes else scenes_of(record, baseline.parent)
     with progress("gate", quiet=quiet) as report:
-        result = check_against(record, chosen, gone, n_jobs=jobs or cpus(), on_progress=report)
+        result = check_against(record, checked_scenes, missing, n_jobs=jobs or cpus(), on_progress=report)
     cases, remarks, deviations = of_gate(result), gate_notes(result), gate_lines(result)
     texts = [f"REGRESSION {line}" for line in deviations]
     texts[1:1] = [f"note: {note}" for note in remarks]  # such as that a scene has changed: a cause
     summary = wrapped(gate_summary(result), rest="    ")
     lines = [] if quiet else [line for text in texts for line in wrapped(text, rest="    ")]
-    left = SHOWN - 1 - len(summary)  # the path of the page is the last line
-    if len(lines) > left:
-        lines = [*lines[: left - 1], f"... {len(lines) - left + 1} more lines are on the page"]
+    room = MOST_LINES - 1 - len(summary)  # the path of the page is the last line
+    if len(lines) > room:
+        lines = [*lines[: room - 1], f"... {len(lines) - room + 1} more lines are on the page"]
     say(*lines, *summary, err=json)
     numbers: dict[str, Any] = {
         "command": shlex.join(["sixbar", "gate", *(scenes or []), "--baseline", str(baseline)]),
@@ -96,29 +96,29 @@ def gate(
     return result.exit_code
 
 
-def _update(loaded: Sequence[Scene], path: Path, jobs: int, *, quiet: bool) -> int:
+def _update(selection: Sequence[Scene], path: Path, jobs: int, *, quiet: bool) -> int:
     from comparison.files import check_file
     from comparison.regression.record import new_baseline, read, same_origin, scenes_of, write
     from comparison.scene import load_scene, shipped_scenes
 
     check_file(path)
     old = read(path) if path.exists() else None
-    if old is not None and not (loaded and same_origin(old)):
-        recorded, gone = scenes_of(old, path.parent)
-        warn([f"scene {name!r} of the old baseline no longer exists and is left out" for name in gone])
-        if loaded:
+    if old is not None and not (selection and same_origin(old)):
+        recorded, missing = scenes_of(old, path.parent)
+        warn([f"scene {name!r} of the old baseline no longer exists and is left out" for name in missing])
+        if selection:
             warn(["platform, versions or thresholds changed: all scenes of the baseline are made anew"])
-        loaded = [*recorded, *loaded]
+        selection = [*recorded, *selection]
         old = old.model_copy(update={"scenes": {}})
-    scenes = {scene.name: scene for scene in loaded or map(load_scene, shipped_scenes())}
+    scenes = {scene.name: scene for scene in selection or map(load_scene, shipped_scenes())}
     with progress("baseline", quiet=quiet) as report:
-        ordered = [scenes[name] for name in sorted(scenes)]
-        new = new_baseline(ordered, path.parent, old, n_jobs=jobs, on_progress=report)
+        scene_list = [scenes[name] for name in sorted(scenes)]
+        new = new_baseline(scene_list, path.parent, old, n_jobs=jobs, on_progress=report)
     for name in sorted(scenes):
         scene = new.scenes[name]
         points = sum(len(points) for run in scene.runs.values() for points in run.channels.values())
         say(f"{name}: {len(scene.runs)} runs, {points} checkpoints")
-    if kept := len(new.scenes) - len(scenes):
-        say(f"{kept} other scene{'s are' if kept > 1 else ' is'} kept")
+    if others := len(new.scenes) - len(scenes):
+        say(f"{others} other scene{'s are' if others > 1 else ' is'} kept")
     say(str(write(new, path)))
     return 0

@@ -24,7 +24,7 @@ class Judgement:
     json: console.AsJson = False
 
 
-@console.taking(Judgement)
+@console.take_options(Judgement)
 def judge(options: Judgement) -> int:
     """Judge whether two solvers agree, by runs of their own.
 

@@ -17,7 +17,7 @@ def scenes(json: console.AsJson = False) -> int:
     from comparison.scene.loading import shipped_linkages
 
     linkages = [*map(load_scene, shipped_linkages())]
-    listed = [
+    records = [
         {
             "name": scene.name,
             "title": scene.title,
@@ -30,9 +30,9 @@ def scenes(json: console.AsJson = False) -> int:
         for scene in (*map(load_scene, shipped_scenes()), *linkages)
     ]
     if json:
-        return print_json(listed)
+        return print_json(records)
     rows = [("scene", "speed", "clearance", "title")]
-    for scene in listed[: -len(linkages)]:
+    for scene in records[: -len(linkages)]:
         sizes = " + ".join(f"{size * 1e3:g} mm" for size in scene["clearance"].values())
         rows.append((scene["name"], f"{scene['speed_rpm']:g} rpm", sizes or "none", scene["title"]))
     say(*columns(rows, right=(1,)))
@@ -55,12 +55,12 @@ def channels(
     from comparison.tables.channels import expected, known_channels
 
     data = None if scene is None else load_scene(scene).data
-    known = known_channels(data or {})
-    listed = [known[name] for name in (known if data is None else expected(data))]
+    definitions = known_channels(data or {})
+    selection = [definitions[name] for name in (definitions if data is None else expected(data))]
     if json:
-        return print_json([vars(channel) for channel in listed])
+        return print_json([vars(channel) for channel in selection])
     rows = [("channel", "unit", "group", "quantity")]
-    say(*columns([*rows, *((each.name, each.unit, each.group, each.label) for each in listed)]))
+    say(*columns([*rows, *((each.name, each.unit, each.group, each.label) for each in selection)]))
     return 0
 
 
@@ -78,14 +78,14 @@ def plan(scene: console.SceneName, overrides: console.Overrides = None, json: co
     from comparison.scene.loading import extended, heavy_load
     from comparison.words.accuracy import changes_line, channels_line, plan_lines
 
-    loaded = load_scene(scene, parse_set(overrides or []))
-    forces = [check_forces(loaded, model) for model in MODELS]
-    loads = [line for each in forces if (line := heavy_load(loaded.data, each))]
-    warn((*loaded.warnings, *loads[:1]))
-    plans = [plan_run(loaded, model) for model in MODELS]
+    setup = load_scene(scene, parse_set(overrides or []))
+    forces = [check_forces(setup, model) for model in MODELS]
+    loads = [line for each in forces if (line := heavy_load(setup.data, each))]
+    warn((*setup.warnings, *loads[:1]))
+    plans = [plan_run(setup, model) for model in MODELS]
     if json:
-        return print_json([asdict(planned) for planned in plans])
-    lines = [channels_line(loaded), changes_line(*extended(loaded)), *chain(*map(plan_lines, plans))]
+        return print_json([asdict(each) for each in plans])
+    lines = [channels_line(setup), changes_line(*extended(setup)), *chain(*map(plan_lines, plans))]
     say_wrapped(*filter(None, lines), rest=" " * 14)
     return 0
 
@@ -106,15 +106,15 @@ def keys(
     from comparison.scene.linkage import LinkageKeys
     from comparison.scene.schema import SceneKeys
 
-    schema, wanted = LinkageKeys if linkage else SceneKeys, (pattern or "").lower()
-    listed = [key for key in scene_keys(schema) if wanted in f"{key.name}\n{key.description}".lower()]
-    if not listed:
+    schema, fragment = LinkageKeys if linkage else SceneKeys, (pattern or "").lower()
+    matches = [key for key in scene_keys(schema) if fragment in f"{key.name}\n{key.description}".lower()]
+    if not matches:
         raise SceneError(
-            f"no key of a scene has {pattern!r} in its name or description{did_you_mean(wanted, schema)}"
+            f"no key of a scene has {pattern!r} in its name or description{did_you_mean(fragment, schema)}"
         )
     if json:
-        return print_json([key._asdict() for key in listed])
-    for key in listed:
+        return print_json([key._asdict() for key in matches])
+    for key in matches:
         default = "" if key.default is None else f" = {readable(key.default)} {key.unit}".rstrip()
         unit = key.unit if key.default is None else ""
         notes = "; ".join(filter(None, (unit, key.bounds, key.source)))

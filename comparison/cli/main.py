@@ -60,13 +60,13 @@ def _main(arguments: Sequence[str]) -> int:
         return complain(*describe_error(error))
     if code != INTERRUPTED:  # some releases of typer convert Ctrl-C to this code themselves
         return code
-    keeps = {*arguments[:1]} & {"validate", "judge", "gate", "study"}
-    kept = "; finished runs are cached" if keeps else ""
-    return complain(f"interrupted{kept}", INTERRUPTED)
+    caching = {*arguments[:1]} & {"validate", "judge", "gate", "study"}
+    note = "; finished runs are cached" if caching else ""
+    return complain(f"interrupted{note}", INTERRUPTED)
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
+def _print_version(value: bool) -> None:
+    if value:
         from importlib.metadata import version
 
         say(f"sixbar-crossval {version('sixbar-crossval')}")

@@ -59,17 +59,17 @@ def validate_pair(options: Options, models: Pair, out: Path | None) -> tuple[int
     names = options.scenes or ([console.MAIN] if "tight" not in options.tiers else shipped_scenes())
     scenes = [load_scene(name, options.changes) for name in dict.fromkeys(names)]
     _check(scenes, models, options.accuracy)
-    usual = scenes[0].name if len(scenes) == 1 else name_with("validate", options.changes)
-    folder, command = check_folder(out or console.REPORTS / usual), options.command(models)
-    named = [scene.name for scene in scenes]
-    earlier = None if options.since is None else earlier_report(options.since, named)
+    default_name = scenes[0].name if len(scenes) == 1 else name_with("validate", options.changes)
+    folder, command = check_folder(out or console.REPORTS / default_name), options.command(models)
+    scene_names = [scene.name for scene in scenes]
+    earlier = None if options.since is None else earlier_report(options.since, scene_names)
     title = scenes[0].name if len(scenes) == 1 else f"{len(scenes)} scenes"
     Thread(target=import_module, args=("comparison.report.page",), daemon=True).start()  # while they run
     with progress(title, quiet=options.quiet) as report:
         results = _validate_batches(scenes, models, options, report)
     if not results:
         return INTERRUPTED, {}
-    compared, missing = scenes[: len(results)], [scene.name for scene in scenes[len(results) :]]
+    finished_scenes, missing = scenes[: len(results)], [scene.name for scene in scenes[len(results) :]]
     comparisons = [result.comparison for result in results]
     codes = [
         70 if result.crashed else tier.exit_code for result in results for tier in result.comparison.tiers
@@ -79,16 +79,16 @@ def validate_pair(options: Options, models: Pair, out: Path | None) -> tuple[int
     say_wrapped(*([] if options.quiet else lead(comparisons)), err=options.json)
     for line in () if options.quiet else verdict_lines(comparisons, verbose=options.verbose):
         typer.echo(line, err=options.json)  # with colours
-    failed = [tier for one in comparisons if options.quiet for tier in one.tiers if tier.error]
-    say_wrapped(*(f"{tier.name}: {tier.error}" for tier in failed), err=options.json)
+    failures = [tier for one in comparisons if options.quiet for tier in one.tiers if tier.error]
+    say_wrapped(*(f"{tier.name}: {tier.error}" for tier in failures), err=options.json)
     say_wrapped(*sentences, err=options.json)
     with console.uninterrupted():
         summary = summary_of(comparisons, command, code, missing)
         moves = say_since(earlier, summary, err=options.json)
-        page, kept = write_validation(results, folder, summary, since=moves)
-        say_wrapped(*kept, err=options.json)
+        page, notes = write_validation(results, folder, summary, since=moves)
+        say_wrapped(*notes, err=options.json)
         say(str(page), err=options.json)
-    warn([f"scene {scene.name!r}: {warning}" for scene in compared for warning in scene.warnings])
+    warn([f"scene {scene.name!r}: {warning}" for scene in finished_scenes for warning in scene.warnings])
     return code, summary
 
 
@@ -114,15 +114,15 @@ def _validate_batches(
     """
     costs = [sum(job.cost for model in models for _, job in family(scene, model)) for scene in scenes]
     results: list[Validation] = []
-    most = 0.0
+    highest = 0.0
 
-    def judged(batch: range) -> list[Validation]:
-        done, cost = sum(costs[: batch.start]), sum(costs[number] for number in batch)
+    def judge_batch(batch: range) -> list[Validation]:
+        finished_cost, cost = sum(costs[: batch.start]), sum(costs[number] for number in batch)
 
-        def progressed(share: float) -> None:
-            nonlocal most  # an ensemble that starts anew from 0 does not turn progress back
-            most = max(most, (done + cost * share) / sum(costs))
-            report(most)
+        def report_share(share: float) -> None:
+            nonlocal highest  # an ensemble that starts anew from 0 does not turn progress back
+            highest = max(highest, (finished_cost + cost * share) / sum(costs))
+            report(highest)
 
         return judge.validate(
             [scenes[number] for number in batch],
@@ -130,7 +130,7 @@ def _validate_batches(
             n_jobs=options.jobs or cpus(),
             accuracy=options.accuracy,
             tiers=options.tiers,
-            on_progress=progressed,
+            on_progress=report_share,
         )
 
     # One scene has some twenty runs, but two or three of them take most of its time.
@@ -140,7 +140,7 @@ def _validate_batches(
         while waiting:
             batch = waiting.pop(0)
             try:
-                results += judged(batch)
+                results += judge_batch(batch)
             except Exception as error:
                 if len(batch) > 1:  # their runs are cached: it costs little to find out which one it is
                     waiting = [range(number, number + 1) for number in batch] + waiting
@@ -235,27 +235,27 @@ def say_since(earlier: Mapping[str, Any] | None, summary: Mapping[str, Any], *, 
 def verdict_lines(comparisons: Sequence[SceneComparison], *, verbose: bool = False) -> list[str]:
     """Return one line per scene and tier, below a heading; with their reasons below each if verbose."""
     tiers = [(scene.name, tier) for scene in comparisons for tier in scene.tiers]
-    known = any(tier.has_u for _, tier in tiers)  # by a tolerance all samples are judged
+    has_u = any(tier.has_u for _, tier in tiers)  # a tolerance judges all samples
     rows = [
         (
             name if len(name) <= _BESIDE else "",
             tier.tier,
             tier.verdict,
-            *([percent(tier.coverage).replace(NO_BREAK, " "), words.round_down(tier.until)] if known else []),
+            *([percent(tier.coverage).replace(NO_BREAK, " "), words.round_down(tier.until)] if has_u else []),
             MISSING if tier.decisive is None else number(tier.decisive.ratio, 2),
             "" if verbose and not tier.error else _note(tier),
         )
         for name, tier in tiers
     ]
-    numbers = (*["coverage", "until (s)"] * known, ratio_name(comparisons))
+    numbers = (*["coverage", "until (s)"] * has_u, ratio_name(comparisons))
     headings = ("scene", "tier", "verdict", *numbers, "")
     heading, *lines = columns([headings, *rows], right=range(3, 3 + len(numbers)), verdict=2)
-    shown = [heading]
+    output = [heading]
     for line, (name, tier) in zip(lines, tiers, strict=True):
-        shown += [line] if len(name) <= _BESIDE else [console.printable(name), line]
+        output += [line] if len(name) <= _BESIDE else [console.printable(name), line]
         for topic, text in words.reasons(tier) if verbose or tier.error else ():
-            shown += wrapped(text, first=f"    {topic:<12}  ")
-    return shown
+            output += wrapped(text, first=f"    {topic:<12}  ")
+    return output
 
 
 def _note(tier: SceneComparison) -> str:
@@ -273,9 +273,9 @@ def _note(tier: SceneComparison) -> str:
 
 def channel_lines(comparison: SceneComparison) -> list[str]:
     """Return one line per channel: verdict, largest difference, predictable part, samples outside, RMS."""
-    known = comparison.has_u  # by a tolerance all samples are judged
-    covered = ["coverage", "until (s)"] * known
-    heading = ("channel", "verdict", "max", "unit", "max/scale", *covered, "outside", "rms", "rms/scale")
+    has_u = comparison.has_u  # a tolerance judges all samples
+    coverage = ["coverage", "until (s)"] * has_u
+    heading = ("channel", "verdict", "max", "unit", "max/scale", *coverage, "outside", "rms", "rms/scale")
     rows = [
         (
             channel.channel,
@@ -283,7 +283,7 @@ def channel_lines(comparison: SceneComparison) -> list[str]:
             f"{channel.max_difference:.3g}",
             channel.unit,
             f"{channel.max_scaled:.3g}",
-            *[f"{channel.coverage:.1%}", words.until(channel)] * known,
+            *[f"{channel.coverage:.1%}", words.until(channel)] * has_u,
             str(channel.outside) if isfinite(channel.worst_threshold) else "",
             f"{channel.rms_difference:.3g}",
             f"{channel.rms_scaled:.3g}",
@@ -308,8 +308,8 @@ def write_page(
     title = title or (comparisons[0].title if total == 1 else "Cross-validation of the two models")
     if missing:
         title += f" (incomplete: {len(comparisons)} of {total} scenes)"
-    how: dict[str, Any] = {"title": title, "command": command, "missing": missing, "since": since}
-    return write_report(comparisons, folder / "report.html", **how)
+    context: dict[str, Any] = {"title": title, "command": command, "missing": missing, "since": since}
+    return write_report(comparisons, folder / "report.html", **context)
 
 
 def write_validation(
@@ -324,7 +324,7 @@ def write_validation(
     Tables of an earlier call are deleted where there is none now: they would appear to belong to this report.
     """
     comparisons = [result.comparison for result in results]
-    missing, command, kept = summary["not_compared"], summary["command"], []
+    missing, command, notes = summary["not_compared"], summary["command"], []
     with replacing_in(folder) as part:
         page = write_page(comparisons, part, command, missing, since=since)
         for result in results:
@@ -334,11 +334,11 @@ def write_validation(
             for which, table in result.partial.items():
                 path = Path("tables", f"{name}.{which.replace(' ', '-')}.partial.csv")
                 write(table, part / path)
-                kept.append(f"{len(table.frame)} samples of the {which} run are in {folder / path}")
+                notes.append(f"{len(table.frame)} samples of the {which} run are in {folder / path}")
             for which, text in result.tracebacks.items():
                 path = Path(f"{name}.{which.replace(' ', '-')}.traceback.txt")
                 write_text(text, part / path)
-                kept.append(f"the traceback of the {which} run is in {folder / path}")
+                notes.append(f"the traceback of the {which} run is in {folder / path}")
         write_json(summary, part / "summary.json")
         cases = of_comparisons(comparisons)
         cases += [Case(name, "standard", "verdict", "error", "not compared: interrupted") for name in missing]
@@ -359,13 +359,13 @@ def write_validation(
             ],
             cases=cases,
         )
-        new = {path.name for path in part.rglob("*")}
+        new_names = {path.name for path in part.rglob("*")}
     for name in (*missing, *(comparison.name for comparison in comparisons)):
         stale = [*(folder / "tables").glob(f"{escape(name)}.*.partial.*")]
         stale += folder.glob(f"{escape(name)}.*.traceback.txt")
         for end in (".csv", ".events.csv", ".pulses.csv", ".extrema.csv", ".json"):
             stale += [folder / "tables" / f"{name}-{model}{end}" for model in comparisons[0].labels]
         for path in stale:
-            if path.name not in new:
+            if path.name not in new_names:
                 path.unlink(missing_ok=True)
-    return folder / page.name, kept
+    return folder / page.name, notes

@@ -68,7 +68,7 @@ def run(
 
     find(model)
     with kept_workers(ahead=int(model != "reference")):
-        from comparison.accuracy.levels import NAMES, expected, measured_record, solver_values, with_declared
+        from comparison.accuracy.levels import NAMES, forecast, measured_record, solver_values, with_declared
         from comparison.execution.run import Job, RunError, quality_warnings, run_uncached, successful
         from comparison.files import check_file
         from comparison.scene import load_scene, parse_set
@@ -77,39 +77,39 @@ def run(
 
         check_format(out)
         out = check_file(out)
-        named = {} if formulation is None else {f"solver.{model}.formulation": formulation}
-        loaded = with_declared(load_scene(scene, parse_set(overrides or []) | named), [model])
+        changes = {} if formulation is None else {f"solver.{model}.formulation": formulation}
+        setup = with_declared(load_scene(scene, parse_set(overrides or []) | changes), [model])
         if check or accuracy is not None:
-            loaded.require_press("an accuracy")
-        estimated, chosen, record = check or accuracy not in (None, *NAMES), loaded, {}
+            setup.require_press("an accuracy")
+        estimated, variant, record = check or accuracy not in (None, *NAMES), setup, {}
         if estimated:
             from comparison.accuracy.refine import accurate_run, expected_cost  # they load scipy
 
-            say_wrapped(cost_before(expected_cost(loaded, model, accuracy)), rest="  ")
+            say_wrapped(cost_before(expected_cost(setup, model, accuracy)), rest="  ")
         elif accuracy is not None:
-            values = solver_values(model, accuracy, loaded)
-            chosen = loaded.variant(values)
+            values = solver_values(model, accuracy, setup)
+            variant = setup.variant(values)
             for key, value in values.items():
-                say_wrapped(f"{key} = {value:g}: {expectation(expected(chosen, model))}", rest="  ")
-            record = {"accuracy": measured_record(chosen, model, accuracy)}
-        warn(chosen.warnings)
-        code, job = 0, Job(chosen, model)
+                say_wrapped(f"{key} = {value:g}: {expectation(forecast(variant, model))}", rest="  ")
+            record = {"accuracy": measured_record(variant, model, accuracy)}
+        warn(variant.warnings)
+        code, job = 0, Job(variant, model)
         try:
-            with progress(f"{chosen.name} by {model}", quiet=quiet) as report:
+            with progress(f"{variant.name} by {model}", quiet=quiet) as report:
                 if estimated:
-                    accurate = accurate_run(loaded, model, accuracy, n_jobs=cpus(), on_progress=report)
+                    result = accurate_run(setup, model, accuracy, n_jobs=cpus(), on_progress=report)
                 else:
                     table = successful(run_uncached(job, report), job)
         except RunError as error:
             raise _with_partial(error, out) from None
         if estimated:
-            say_wrapped(accuracy_line(accurate), rest="  ")
-            table = accurate.with_uncertainty() if check else accurate.table
-            code = 0 if accurate.kept else NOT_REACHED
-        elif accuracy is None and (note := unmeasured(expected(loaded, model))):
+            say_wrapped(accuracy_line(result), rest="  ")
+            table = result.with_uncertainty() if check else result.table
+            code = 0 if result.kept else NOT_REACHED
+        elif accuracy is None and (note := unmeasured(forecast(setup, model))):
             say(f"sixbar: {note}", err=True)
         warn(quality_warnings(table))
-        record |= {"reliability": loaded.reliability.model_dump()}
+        record |= {"reliability": setup.reliability.model_dump()}
         path = write(table.with_record(record), out)
         say(*map(str, (*companions(table, path), path)))
         return code
@@ -158,19 +158,19 @@ def settings(
     console.check_positive("--seconds", seconds)
     if out is not None:
         out = console.check_output(out, ".svg")
-    loaded = load_scene(scene, parse_set(overrides or []))
-    loaded.require_press("the search for settings")
-    warn(loaded.warnings)
-    with progress(f"settings of {loaded.name}", quiet=quiet) as report:
-        measured = work_precision(
-            loaded,
+    setup = load_scene(scene, parse_set(overrides or []))
+    setup.require_press("the search for settings")
+    warn(setup.warnings)
+    with progress(f"settings of {setup.name}", quiet=quiet) as report:
+        result = work_precision(
+            setup,
             seconds,
             n_jobs=cpus(),
             on_finished=lambda share, row: report(share, row.candidate.formulation),
         )
-    say_wrapped(settings_basis(measured), err=json)
-    say(*columns(settings_table(measured), right=(1, 2)), err=json)
-    for part, command in settings_commands(measured):
+    say_wrapped(settings_basis(result), err=json)
+    say(*columns(settings_table(result), right=(1, 2)), err=json)
+    for part, command in settings_commands(result):
         say(f"{part}:", f"  {command}", err=json)
     if json:
         print_json(
@@ -179,16 +179,16 @@ def settings(
                     "formulation": row.candidate.formulation,
                     "setting": row.candidate.setting,
                     "status": row.status,
-                    "error_m": measured.error(row),
+                    "error_m": result.error(row),
                     "seconds": row.seconds,
-                    "front": row in measured.front,
+                    "front": row in result.front,
                 }
-                for row in measured.rows
+                for row in result.rows
             ]
         )
     if out is not None:
-        say(str(draw_work_precision(measured, out)), err=json)
-    if measured.interrupted:
+        say(str(draw_work_precision(result, out)), err=json)
+    if result.interrupted:
         # Not the usual line of an interrupted command: timed runs are not cached.
         raise SystemExit(complain("interrupted; the other settings were not measured", INTERRUPTED))
     return 0
@@ -213,7 +213,7 @@ def plot(
     """Draw channels of one table, or of two over each other."""
     from comparison.report.figures import picture, write_picture
 
-    path = console.check_output(out or _usual(tables, ".svg"), ".svg, .png or .pdf")
+    path = console.check_output(out or _default_path(tables, ".svg"), ".svg, .png or .pdf")
     names = [name.strip() for name in channels.split(",") if name.strip()]
     if not names:
         raise typer.BadParameter("--channels needs at least one name, see `sixbar channels`")
@@ -242,33 +242,33 @@ def animate(
     from comparison.tables.align import cut
     from comparison.tables.table import TableError, slacks
 
-    path = console.check_output(out or _usual(tables, ".html"), ".html")
-    read = _read(tables, (*MOTION, *FORCES))
+    path = console.check_output(out or _default_path(tables, ".html"), ".html")
+    tables_by_label = _read(tables, (*MOTION, *FORCES))
     command = shlex.join(["sixbar", "animate", *map(str, tables), *(["--scene", scene] if scene else [])])
-    label, first = next(iter(read.items()))
-    known = first.scene if scene is None else load_scene(scene)
-    if known is None:
+    label, first = next(iter(tables_by_label.items()))
+    press = first.scene if scene is None else load_scene(scene)
+    if press is None:
         raise TableError(f"{label}: no valid scene is recorded beside the table; name it by --scene")
-    known.require_press("the animation")
-    for name, table in read.items():
-        recorded = known.data if table.scene is None else table.scene.data
-        other = [part for part in ("mechanism", "clearance") if recorded.get(part) != known.data[part]]
-        other += ["speed"] * (recorded["drive"].get("speed_rpm") != known.data["drive"]["speed_rpm"])
-        warn([f"{name}: recorded of a scene with another {part}" for part in other])
-    times = [table.time for table in read.values()]
-    (early, late), start, end = slacks(*times), max(t[0] for t in times), min(t[-1] for t in times)
+    press.require_press("the animation")
+    for name, table in tables_by_label.items():
+        recorded = press.data if table.scene is None else table.scene.data
+        differences = [part for part in ("mechanism", "clearance") if recorded.get(part) != press.data[part]]
+        differences += ["speed"] * (recorded["drive"].get("speed_rpm") != press.data["drive"]["speed_rpm"])
+        warn([f"{name}: recorded of a scene with another {part}" for part in differences])
+    times = [table.time for table in tables_by_label.values()]
+    (before, after), start, end = slacks(*times), max(t[0] for t in times), min(t[-1] for t in times)
     if start >= end:
-        raise TableError(f"{' and '.join(read)}: have no common time")
-    if any(t[0] < start - early or t[-1] > end + late for t in times):
+        raise TableError(f"{' and '.join(tables_by_label)}: have no common time")
+    if any(t[0] < start - before or t[-1] > end + after for t in times):
         warn([f"drawn from {start:g} to {end:g} s: only there both tables have rows"])
-    if first.time[0] < start - early or first.time[-1] > end + late:
-        read[label] = cut(first, start, end)
-    title = f"Animation of {' and '.join(read)}"
-    say(str(write_animation(read, known.data, path, title=title, command=command)))
+    if first.time[0] < start - before or first.time[-1] > end + after:
+        tables_by_label[label] = cut(first, start, end)
+    title = f"Animation of {' and '.join(tables_by_label)}"
+    say(str(write_animation(tables_by_label, press.data, path, title=title, command=command)))
     return 0
 
 
-def _usual(tables: list[Path], end: str) -> Path:
+def _default_path(tables: list[Path], end: str) -> Path:
     return Path("-".join(table.stem for table in tables[:2]) + end)
 
 
@@ -280,15 +280,15 @@ def _read(paths: list[Path], channels: Sequence[str]) -> dict[str, Table]:
 
     if len(paths) > 2:
         raise typer.BadParameter(f"{len(paths)} tables: give one or two")
-    named = {path.stem: path for path in paths}
-    if len(named) < len(paths):
-        named = {str(path): path for path in paths}
-    if len(named) < len(paths):
+    paths_by_label = {path.stem: path for path in paths}
+    if len(paths_by_label) < len(paths):
+        paths_by_label = {str(path): path for path in paths}
+    if len(paths_by_label) < len(paths):
         raise typer.BadParameter(f"{paths[0]} is given twice")
-    tables = {label: read(path) for label, path in named.items()}
+    tables = {label: read(path) for label, path in paths_by_label.items()}
     for label, table in tables.items():
-        used = table.only([name for name in channels if name != "time"])  # time is no channel
-        if any(contact_of(name, None) for name in used.channels):
-            used = replace(used, events=table.events, pulses=table.pulses)
-        check(used, used.channels, name=label)
+        subset = table.only([name for name in channels if name != "time"])  # time is no channel
+        if any(contact_of(name, None) for name in subset.channels):
+            subset = replace(subset, events=table.events, pulses=table.pulses)
+        check(subset, subset.channels, name=label)
     return tables

@@ -14,7 +14,7 @@ from comparison.formatting import table
 from comparison.studies import MOVED, NAMES, STUDIES, write_study
 from comparison.studies.paper import PARTS
 
-_SHOWN = 20  # most rows of a sweep on the terminal; a 21st replaces the line that counts the rest
+_MOST_ROWS = 20  # most rows of a sweep on the terminal; a 21st replaces the line that counts the rest
 _OutStudy = Annotated[
     Path | None, console.option("FOLDER", "Folder of the study, below reports/out by default.")
 ]
@@ -77,7 +77,7 @@ for _name, _about in STUDIES.items():
     )
 
 
-def _moved(name: str, words: str) -> Callable[[], int]:
+def _redirect(name: str, words: str) -> Callable[[], int]:
     return lambda: complain(f"study {name} is a part of another now: sixbar study {words}", 2)
 
 
@@ -85,7 +85,7 @@ for _name, _words in MOVED.items():
     # With whatever options it once had.
     studies.command(
         _name, hidden=True, context_settings={"ignore_unknown_options": True, "allow_extra_args": True}
-    )(_moved(_name, _words))
+    )(_redirect(_name, _words))
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ class Sweep:
 
 
 @studies.command()
-@console.taking(Sweep)
+@console.take_options(Sweep)
 def sweep(options: Sweep) -> int:
     """Run a scene over values of its keys: one row per run.
 
@@ -147,31 +147,31 @@ def sweep(options: Sweep) -> int:
 
     models = [name.strip() for name in options.model.split(",")]
     try:
-        chosen = chosen_points(options.grid, options.listed, options.latin, options.points, options.seed)
+        points = chosen_points(options.grid, options.listed, options.latin, options.points, options.seed)
         values = parse_set(options.overrides or [])
-        check_set(chosen, values)
+        check_set(points, values)
         base = load_scene(options.scene, values)
         folder = check_folder(options.out or console.REPORTS / f"sweep-{base.name}")
         jobs, scheduler = options.jobs or cpus(), options.scheduler
-        spread = on_processes(jobs) if scheduler is None else on_cluster(scheduler)
+        pool = on_processes(jobs) if scheduler is None else on_cluster(scheduler)
         with progress(f"sweep of {base.name}", quiet=options.quiet) as report:
-            usual = [f"max:{name}" for name in expected(base.data)] if base.is_linkage else USUAL
-            path, failed = run_sweep(base, chosen, models, options.output or usual, folder, spread, report)
+            default = [f"max:{name}" for name in expected(base.data)] if base.is_linkage else USUAL
+            path, failures = run_sweep(base, points, models, options.output or default, folder, pool, report)
     except SweepError as error:
         raise typer.BadParameter(str(error)) from error
-    if failed:
-        warn([f"{failed} of {len(chosen) * len(models)} runs did not succeed: see the column status"])
+    if failures:
+        warn([f"{failures} of {len(points) * len(models)} runs did not succeed: see the column status"])
     frame = pd.read_csv(path, keep_default_na=False, na_values=[""])
-    shown = len(frame) if len(frame) <= _SHOWN + 1 else _SHOWN
+    count = len(frame) if len(frame) <= _MOST_ROWS + 1 else _MOST_ROWS
     cells = {
-        name: [f"{value:.5g}" if isinstance(value, float) else str(value) for value in column[:shown]]
+        name: [f"{value:.5g}" if isinstance(value, float) else str(value) for value in column[:count]]
         for name, column in frame.astype(object).where(frame.notna(), "").items()
     }
     say(*columns([list(map(str, cells)), *zip(*cells.values(), strict=True)]))
-    if len(frame) > shown:
-        say(f"... and {len(frame) - shown} more rows")
+    if len(frame) > count:
+        say(f"... and {len(frame) - count} more rows")
     say(str(path))
-    return 2 if failed == len(frame) else 0
+    return 2 if failures == len(frame) else 0
 
 
 # ---- make reports, in the folder of the README: all studies, their index, and a part of the README
@@ -210,8 +210,8 @@ def generated(pages: dict[str, str]) -> str:
         rates += f"\n\n{heading}: {finding(pages[path])} [More](reports/{path})."
     verdicts = pages["verdicts/README.md"].splitlines()
     rows = [line.split(" | ") for line in verdicts if line.startswith("| ")]
-    both = [rows[0].index(f"{tier} tier") for tier in TIERS]
-    cells = [(row[0].removeprefix("| "), *(row[column] for column in both)) for row in rows]
+    places = [rows[0].index(f"{tier} tier") for tier in TIERS]
+    cells = [(row[0].removeprefix("| "), *(row[column] for column in places)) for row in rows]
     origin = [line for line in verdicts if line.startswith("Made on ")]
     return "\n\n".join([table(cells[0], cells[1:]), *origin, rates])
 
@@ -234,17 +234,17 @@ def main(*, small: bool = False) -> None:
     from comparison.files import write_text
     from comparison.models import EngineError
 
-    written: dict[str, str] = {}
+    pages: dict[str, str] = {}
     for name in NAMES:
         try:
             with progress(name) as report:
-                pages = write_study(name, REPORTS / name, cpus(), report, small=small)
+                paths = write_study(name, REPORTS / name, cpus(), report, small=small)
         except EngineError as error:
-            pages = sorted((REPORTS / name).glob("*.md"))
-            if not pages:
+            paths = sorted((REPORTS / name).glob("*.md"))
+            if not paths:
                 raise
             warn([f"study {name}: {error}; its page stays as it is"])
-        written |= {page.relative_to(REPORTS).as_posix(): page.read_text("utf-8") for page in pages}
+        pages |= {page.relative_to(REPORTS).as_posix(): page.read_text("utf-8") for page in paths}
     readme = Path("README.md")
-    write_text(index(written), REPORTS / "README.md")
-    write_text(with_generated(readme.read_text("utf-8"), generated(written)), readme)
+    write_text(index(pages), REPORTS / "README.md")
+    write_text(with_generated(readme.read_text("utf-8"), generated(pages)), readme)

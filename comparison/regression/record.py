@@ -30,7 +30,7 @@ from comparison.accuracy.refine import family, usable_table
 from comparison.accuracy.uncertainty import (
     Runs,
     model_uncertainty,
-    moved,
+    move_start,
     perturbation,
     spread,
     window_samples,
@@ -217,7 +217,7 @@ def neighbours(gated: Job, tier: str, numbers: Sequence[int]) -> list[Job]:
     for number in numbers:
         # Once and twice as far as a perturbed run, turned by the golden angle from one to the next.
         angle, shift = number * pi * (3.0 - sqrt(5.0)), (1 + number % 2) * perturbation(gated.scene)
-        jobs.append(Job(moved(gated.scene, shift * cos(angle), shift * sin(angle)), gated.model))
+        jobs.append(Job(move_start(gated.scene, shift * cos(angle), shift * sin(angle)), gated.model))
     return jobs
 
 

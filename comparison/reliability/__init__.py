@@ -1,1 +1,1 @@
-"""How reliably the slider follows the ideal mechanism: the paper's reliability, and what qualifies it."""
+"""Reliability of the slider against the ideal mechanism, as in the paper, with its uncertainty."""

@@ -121,7 +121,7 @@ class Assessment:
 
     @property
     def capped(self) -> BoolArray:
-        """Whether R is so close to the cap that it carries no information about the mechanism."""
+        """True where R is so close to the cap that it carries no information about the mechanism."""
         return np.asarray(np.abs(self.reliability - self.cap) <= ROUNDING)
 
 
@@ -213,7 +213,7 @@ class Difference:
 
     @property
     def verdict(self) -> str:
-        """Whether the interval excludes zero, is within `MARGIN`, or neither."""
+        """Verdict: "differ" if the interval excludes zero, "agree" within `MARGIN`, else "undecided"."""
         if abs(self.minimum) > self.half_width:
             return "differ"
         return "agree" if abs(self.minimum) + self.half_width <= MARGIN else "undecided"
@@ -247,7 +247,7 @@ def ideal_scenes(scene: Scene, model: str) -> dict[str, Scene]:
 
     There is none of a linkage without clearance, or whose drive has no period.
     Samples are those of `dense_scene`, but a coarser run's the scene's, as far as its steps fit between them.
-    What does not affect a motion that the drive alone prescribes is set to one value, also the settings of
+    Keys that do not affect a motion that the drive alone prescribes get one value, also the settings of
     our two models: scenes that differ in nothing else share the run.
     """
     base, sections = load_scene(BASE).data, dict[str, Any]()
@@ -286,27 +286,27 @@ def compare_reliability(
     Raises `TableError` if the tables cannot be compared.
     """
 
-    def assessed(run: Table, ideal: Table) -> dict[str, Assessment]:
+    def assess_run(run: Table, ideal: Table) -> dict[str, Assessment]:
         names = [*settings.channels.values()]
         return assess(slider_errors(run, ideal, period, start=start, names=names, peaks=False), settings)
 
-    def numerical(runs: Runs, ideal: Runs, own: dict[str, Assessment]) -> dict[str, Array]:
+    def numerical(runs: Runs, ideal: Runs, base: dict[str, Assessment]) -> dict[str, Array]:
         """Return each quantity's u in every bin and, last, that of the smallest; shape (k bins + 1,)."""
-        by_run, by_ideal = {"base": own}, {"base": own}
+        by_run, by_ideal = {"base": base}, {"base": base}
         by_run |= {
-            which: assessed(table, ideal.base) for which, table in runs.tables.items() if which != "base"
+            which: assess_run(table, ideal.base) for which, table in runs.tables.items() if which != "base"
         }
         by_ideal |= {
-            which: assessed(runs.base, table) for which, table in ideal.tables.items() if which != "base"
+            which: assess_run(runs.base, table) for which, table in ideal.tables.items() if which != "base"
         }
         return {
             name: np.hypot(
                 _uncertainty(name, by_run, runs.refinement), _uncertainty(name, by_ideal, ideal.refinement)
             )
-            for name in own
+            for name in base
         }
 
-    first, second = (assessed(model.base, ideal.base) for model, ideal in zip(runs, ideals, strict=True))
+    first, second = (assess_run(model.base, ideal.base) for model, ideal in zip(runs, ideals, strict=True))
     a_cycles, b_cycles = ([(name, *bins.cycles) for name, bins in model.items()] for model in (first, second))
     if a_cycles != b_cycles:
         raise TableError("the two results cover different parts of the cycles, or hold different channels")
@@ -319,15 +319,15 @@ def compare_reliability(
 
 def _difference(a: Assessment, b: Assessment, numerical: Array) -> Difference:
     pairs = zip(a.density, a.contributions, b.density, b.contributions, strict=True)
-    paired = [half_width(standard_error(of_a * in_a - of_b * in_b)) for of_a, in_a, of_b, in_b in pairs]
-    sampling = paired[a.worst]
+    half_widths = [half_width(standard_error(of_a * in_a - of_b * in_b)) for of_a, in_a, of_b, in_b in pairs]
+    sampling = half_widths[a.worst]
     if a.worst != b.worst:
         sampling = np.hypot(*(model.density[model.worst] * model.half_width[model.worst] for model in (a, b)))
     return Difference(
         a=a,
         b=b,
         curve=a.reliability - b.reliability,
-        curve_half_width=np.hypot(paired, numerical[:-1]),
+        curve_half_width=np.hypot(half_widths, numerical[:-1]),
         minimum=a.minimum - b.minimum,
         sampling=float(sampling),
         numerical=float(numerical[-1]),
@@ -335,7 +335,7 @@ def _difference(a: Assessment, b: Assessment, numerical: Array) -> Difference:
 
 
 def _uncertainty(name: str, runs: dict[str, dict[str, Assessment]], refinement: tuple[float, float]) -> Array:
-    values = {which: np.append(own[name].reliability, own[name].minimum) for which, own in runs.items()}
+    values = {which: np.append(bins[name].reliability, bins[name].minimum) for which, bins in runs.items()}
     base = values.pop("base")
     if not values:
         return np.full(base.shape, np.nan)

@@ -66,7 +66,7 @@ def slider_errors(
     """Return the errors of a result, from a start (s) on, against the ideal mechanism's at its times.
 
     Channels are those of ``names`` that the result holds, at the times of `Table.dense` if it has these;
-    without ``peaks`` nothing is known between the samples. Raises `TableError` if the ideal table lacks one,
+    without ``peaks`` they have no extrema in between. Raises `TableError` if the ideal table lacks one,
     a table does not start at zero, or they have too few times in common.
     """
     actual, ideal = (t if t.dense is None else replace(t, frame=t.dense) for t in (actual, ideal))
@@ -96,8 +96,8 @@ def slider_errors(
         by_channel[name] = error_at(name, time, actual.values(name)[counts])
     for name in present if peaks else ():
         at, values = _extrema(actual, name)
-        kept = (at >= start - slack) & (at <= time[-1] + slack)
-        between[name] = np.array([at - start, error_at(name, at, values)])[:, kept]
+        rows = (at >= start - slack) & (at <= time[-1] + slack)
+        between[name] = np.array([at - start, error_at(name, at, values)])[:, rows]
     units = {name: actual.known[name].unit for name in present}
     return SliderErrors(time - start, period, by_channel, between, units)
 
@@ -111,19 +111,18 @@ def _extrema(table: Table, name: str) -> Array:
     """Return times and values of a channel's extrema: of each cycle, else of the whole run, where known."""
     parts = [f"{name}_{part}" for part in ("time_of_min", "time_of_max", "min", "max")]
     whole = {f"{name}_{part}": [value] for part, value in table.extrema.get(name, {}).items()}
-    known = next((each for each in (table.cycle_extrema or {}, whole) if each.keys() >= set(parts)), None)
-    if known is None:
+    extrema = next((each for each in (table.cycle_extrema or {}, whole) if each.keys() >= set(parts)), None)
+    if extrema is None:
         return np.empty((2, 0))
-    points = np.reshape([known[part] for part in parts], (2, -1)).astype(np.float64)
+    points = np.reshape([extrema[part] for part in parts], (2, -1)).astype(np.float64)
     return points[:, np.isfinite(points).all(axis=0)]
 
 
 # ---- time averages over parts of the crank cycle, and their standard errors
 #
-# Between samples a signal is linear. The errors of a run are locked to the crank: what is drawn are cycles,
-# and only what differs between cycles at equal angle makes an average uncertain. The 95 % intervals hold the
-# truth in 93 to 100 % of trials from five cycles on, in 88 to 96 % on two, the paper's number, and in 79 to
-# 99 % on one.
+# Between samples a signal is linear. The errors of a run are locked to the crank: cycles are the sample; only
+# their differences at equal angle make an average uncertain. The 95 % intervals hold the truth in 93 to 100 %
+# of trials from five cycles on, in 88 to 96 % on two, the paper's number, and in 79 to 99 % on one.
 
 LEVEL = 0.95
 MANY = 30  # cycles, from which on their averages are the sample
@@ -139,17 +138,17 @@ def part_edges(end: float, period: float, count: int) -> Array:
 
 
 def integrals(time: Array, values: Array, edges: Array) -> Array:
-    """Return the integrals between m + 1 edges of what is linear between samples, shape (..., m).
+    """Return the integrals, between m + 1 edges, of values linear between samples, shape (..., m).
 
     Times increase, shape (n,), n >= 2, and span the edges within rounding; values have shape (..., n).
     """
     step = np.diff(time)
     total = np.zeros(values.shape)
     np.cumsum(0.5 * step * (values[..., 1:] + values[..., :-1]), axis=-1, out=total[..., 1:])
-    left = np.clip(np.searchsorted(time, edges, side="right") - 1, 0, step.size - 1)
-    into = edges - time[left]
-    slope = (values[..., left + 1] - values[..., left]) / step[left]
-    return np.asarray(np.diff(total[..., left] + into * (values[..., left] + 0.5 * slope * into)))
+    first = np.clip(np.searchsorted(time, edges, side="right") - 1, 0, step.size - 1)
+    offset = edges - time[first]
+    slope = (values[..., first + 1] - values[..., first]) / step[first]
+    return np.asarray(np.diff(total[..., first] + offset * (values[..., first] + 0.5 * slope * offset)))
 
 
 class StandardError(NamedTuple):
@@ -162,11 +161,11 @@ class StandardError(NamedTuple):
 def standard_error(values: Array) -> StandardError:
     """Estimate the standard error of the average of a part in N cycles of J samples, shape (..., N, J).
 
-    It sums the autocovariances of what differs from the cycles' mean at equal angle, in a flat-top window
+    It sums the autocovariances of the deviations from the cycles' mean at equal angle, in a flat-top window
     after D. N. Politis (J. Nonparametr. Stat. 15, 2003, 453-467), twice as wide as the correlation is
     significant. Where it never ends, all lags count in full and the sum is the variance of the cycles'
     averages; from `MANY` cycles on these are the sample. In a single cycle the mean of the part is
-    subtracted: what is locked to the crank counts as scatter.
+    subtracted: errors locked to the crank count as scatter.
     """
     if values.shape[-2] >= MANY:
         values = values.mean(-1)[..., None, :]
@@ -174,7 +173,7 @@ def standard_error(values: Array) -> StandardError:
     count = cycles * length
     several = cycles > 1
     residuals = values - values.mean(-2 if several else -1, keepdims=True)
-    # What repeats exactly leaves the rounding of its average, which would pass for noise.
+    # Values that repeat exactly leave the rounding of their average, which would pass for noise.
     largest = np.abs(values).max((-2, -1), keepdims=True)
     residuals = np.where(np.abs(residuals) <= ROUND_OFF * largest, 0.0, residuals)
     groups = max(cycles - 1, 1)

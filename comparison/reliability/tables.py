@@ -61,9 +61,9 @@ class TableReliability:
     @property
     def by_quantity(self) -> dict[str, dict[str, Assessment]]:
         """The assessments of each quantity, by table, "a" or "b"."""
-        tables = {"a": self.a, "b": self.b}
-        every = {name: {x: own[name] for x, own in tables.items() if name in own} for name in QUANTITIES}
-        return {name: own for name, own in every.items() if own}
+        sides = {"a": self.a, "b": self.b}
+        rows = {name: {x: side[name] for x, side in sides.items() if name in side} for name in QUANTITIES}
+        return {name: row for name, row in rows.items() if row}
 
 
 def reliability(
@@ -99,7 +99,7 @@ def reliability(
         Mapping of the columns of files to channels, or the path of a mapping file.
     options
         ``limits``: quantity -> lower and upper limit of its error, m, m/s, m/s^2; by default those of the
-        scene. ``period`` of the crank cycle, s, where no scene is known. ``at_events``: "left", "right" or
+        scene. ``period`` of the crank cycle, s, where no scene has it. ``at_events``: "left", "right" or
         "both", which rows of a time that a file repeats count.
 
     Returns
@@ -112,7 +112,7 @@ def reliability(
     ------
     TableError
         If a table cannot be read, holds none of the channels, does not start at 0 s, or does not fit the
-        others; if no period is known.
+        others; if neither a scene nor ``period`` gives the period.
     SceneError
         If the limits are not valid.
 
@@ -129,42 +129,42 @@ def reliability(
     """
     if b is None and not (finer_a is None and finer_b is None):
         raise TableError("finer runs count only for the difference of two tables, and there is one")
-    own, stated = None if scene is None else as_scene(scene), _Stated(**options)
-    every = {"a": a, "b": b, "ideal": ideal, "finer a": finer_a, "finer b": finer_b}
-    given = {part: one for part, one in every.items() if one is not None}
-    names = {part: str(x) if isinstance(x, str | Path) else f"table {part}" for part, x in given.items()}
-    sides = [part.removeprefix("finer ") for part in given]
-    sources = [as_source(one, names[part]) for part, one in given.items()]
-    read, warnings = read_tables(sources, sides, as_mapping(mapping), stated.at_events, only=CHANNELS)
-    tables = {part: table.only(CHANNELS) for part, table in zip(given, read, strict=True)}
+    override, choices = None if scene is None else as_scene(scene), _Choices(**options)
+    arguments = {"a": a, "b": b, "ideal": ideal, "finer a": finer_a, "finer b": finer_b}
+    results = {part: one for part, one in arguments.items() if one is not None}
+    names = {part: str(x) if isinstance(x, str | Path) else f"table {part}" for part, x in results.items()}
+    sides = [part.removeprefix("finer ") for part in results]
+    sources = [as_source(one, names[part]) for part, one in results.items()]
+    table_list, warnings = read_tables(sources, sides, as_mapping(mapping), choices.at_events, only=CHANNELS)
+    tables = {part: table.only(CHANNELS) for part, table in zip(results, table_list, strict=True)}
     for part, table in tables.items():
         _check(table, names[part])
-    cycle, source = _conditions(tables, names, own, stated.period)
+    cycle, source = _conditions(tables, names, override, choices.period)
     source.require_press("sixbar reliability")
     values = {
         f"reliability.{quantity}.{end}": value
-        for quantity, both in stated.limits.items()
+        for quantity, both in choices.limits.items()
         for end, value in zip(("lower", "upper"), both, strict=True)
     }
     settings = source.with_values(values).reliability
     tables, notes = _cut_to_shortest(tables, names, cycle, settings.bins)
     warnings += notes
 
-    def assessed(part: str, table: Table, ideal: Table) -> dict[str, Assessment]:
+    def assess_part(part: str, table: Table, ideal: Table) -> dict[str, Assessment]:
         shared = [name for name in table.channels if name in ideal.channels]
         if not shared:
             raise TableError(f"{names['ideal']}: holds none of the channels of {names[part]}")
         return assess(slider_errors(table, ideal, cycle, names=shared), settings)
 
-    of_a = assessed("a", tables["a"], tables["ideal"])
-    of_b = {} if b is None else assessed("b", tables["b"], tables["ideal"])
+    of_a = assess_part("a", tables["a"], tables["ideal"])
+    of_b = {} if b is None else assess_part("b", tables["b"], tables["ideal"])
     # The change with every second sample shows the error by what is between the samples.
-    halves = {part: _halved(table) for part, table in tables.items()}
-    checks = [("a", of_a, assessed("a", halves["a"], tables["ideal"]))]
-    checks += [("b", of_b, assessed("b", halves["b"], tables["ideal"]))] if of_b else []
-    checks += [("ideal", of_a, assessed("a", tables["a"], halves["ideal"]))]
+    halves = {part: _halve(table) for part, table in tables.items()}
+    checks = [("a", of_a, assess_part("a", halves["a"], tables["ideal"]))]
+    checks += [("b", of_b, assess_part("b", halves["b"], tables["ideal"]))] if of_b else []
+    checks += [("ideal", of_a, assess_part("a", tables["a"], halves["ideal"]))]
     for part, usual, other in checks:
-        change = max(np.abs(own.reliability - other[name].reliability).max() for name, own in usual.items())
+        change = max(np.abs(bins.reliability - other[name].reliability).max() for name, bins in usual.items())
         if change > _LEAST_CHANGE:
             more = f"with every second one R changes by {change:.0e}"
             warnings += (f"{names[part]}: too few samples: {more}",)
@@ -172,12 +172,12 @@ def reliability(
     return TableReliability(
         names=tuple(names[part] for part in ("a", "b") if part in names),
         settings=settings,
-        given=tuple(stated.limits),
+        given=tuple(choices.limits),
         source=source.name,
         period=cycle,
         a=of_a,
         b=of_b,
-        comparison=None if b is None else _compared(tables, halves["ideal"], cycle, settings),
+        comparison=None if b is None else _comparison(tables, halves["ideal"], cycle, settings),
         missing={
             quantity: lacking
             for quantity, channel in QUANTITIES.items()
@@ -192,10 +192,10 @@ def _conditions(
 ) -> tuple[float, Scene]:
     """Return the period of the crank cycle, s, and the scene whose limits count."""
     recorded = {part: table.scene for part, table in tables.items()}
-    if (own := recorded["ideal"]) and (joints := own.loose):
+    if (ideal_scene := recorded["ideal"]) and (joints := ideal_scene.loose):
         rule = f"recorded of a scene with clearance ({', '.join(joints)}): the ideal motion has none"
         raise TableError(f"{names['ideal']}: {rule}")
-    periods = {names[part]: own.period for part, own in recorded.items() if own is not None}
+    periods = {names[part]: record.period for part, record in recorded.items() if record is not None}
     cycle = _common_period(
         periods
         | ({} if scene is None else {f"scene {scene.name!r}": scene.period})
@@ -210,12 +210,12 @@ def _conditions(
 def _cut_to_shortest(
     tables: Pairs[str, Table], names: Pairs[str, str], cycle: float, bins: int
 ) -> tuple[dict[str, Table], tuple[str, ...]]:
-    """Return the tables up to the end of the shortest, with a warning for what is left out or missing."""
-    end, last = min((float(table.time[-1]), names[part]) for part, table in tables.items())
+    """Return the tables up to the end of the shortest, with warnings of rows left out or missing."""
+    end, shortest_name = min((float(table.time[-1]), names[part]) for part, table in tables.items())
     cuts, warnings, interval = {}, [], cycle / bins
-    if (left := end - part_edges(end, cycle, bins)[-1]) > SAME_GRID * cycle:
+    if (remainder := end - part_edges(end, cycle, bins)[-1]) > SAME_GRID * cycle:
         rule = f"they do not fill one of the {bins} intervals of the crank cycle"
-        warnings.append(f"{last}: its last {left:.3g} s do not count: {rule}")
+        warnings.append(f"{shortest_name}: its last {remainder:.3g} s do not count: {rule}")
     for part, table in tables.items():
         if not np.diff(table.time).mean() <= interval <= (1 + SAME_GRID) * end:
             rule = f"must hold a sample and be within the {end:g} s that count"
@@ -223,14 +223,14 @@ def _cut_to_shortest(
         counts = table.time <= end + SAME_GRID * cycle
         if not counts.all():
             count = instant(end, float(table.time[-1]))
-            warnings.append(f"{names[part]}: only its first {count} s count, where {last} ends")
+            warnings.append(f"{names[part]}: only its first {count} s count, where {shortest_name} ends")
         if gaps := holes(table.time[counts]):
             warnings.append(holes_line(f"{names[part]} has", gaps))
         cuts[part] = replace(table, frame=table.frame[counts])
     return cuts, tuple(warnings)
 
 
-def _halved(table: Table) -> Table:
+def _halve(table: Table) -> Table:
     """Return a table with every second sample, and the last."""
     return replace(table, frame=pd.concat([table.frame.iloc[:-1:2], table.frame.iloc[-1:]]))
 
@@ -241,7 +241,7 @@ def _pair(value: object) -> object:
     return tuple(value)
 
 
-class _Stated(Options):
+class _Choices(Options):
     """Options of `reliability`."""
 
     limits: Annotated[
@@ -252,7 +252,7 @@ class _Stated(Options):
     at_events: Literal["left", "right", "both"] | None = None
 
 
-def _compared(
+def _comparison(
     tables: Pairs[str, Table], thinned: Table, cycle: float, settings: Reliability
 ) -> ReliabilityComparison | None:
     shared = [name for name in CHANNELS if all(name in table.channels for table in tables.values())]
@@ -275,13 +275,13 @@ def _check(table: Table, name: str) -> None:
         raise TableError(f"{name}: starts at {table.time[0]:g} s and must start at 0 s")
 
 
-def _common_period(stated: Pairs[str, float]) -> float:
-    if not stated:
+def _common_period(periods: Pairs[str, float]) -> float:
+    if not periods:
         raise TableError(
             "the period of the crank cycle is not known: no scene is recorded; give --period or --scene"
         )
-    first, one = next(iter(stated.items()))
-    for name, value in stated.items():
-        if not isclose(value, one, rel_tol=_SAME_PERIOD):
-            raise TableError(f"{name}: the crank cycle takes {value:g} s; that of {first} takes {one:g} s")
-    return one
+    first, period = next(iter(periods.items()))
+    for name, value in periods.items():
+        if not isclose(value, period, rel_tol=_SAME_PERIOD):
+            raise TableError(f"{name}: the crank cycle takes {value:g} s; that of {first} takes {period:g} s")
+    return period

@@ -93,7 +93,7 @@ def compare(
             masks += [] if position is None else [position.predictable]
             near = (None, None) if position is None else (position.u_a, position.u_b)
             uncertainties = (
-                model_uncertainty(runs, channel.name, cycle, more, every, learnt, near=of_position)
+                model_uncertainty(runs, channel.name, cycle, more, every, learnt, gap_u=of_position)
                 for runs, more, of_position in zip((a, b), ensembles, near, strict=True)
             )
             results[channel.name] = compare_channel(

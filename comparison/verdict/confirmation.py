@@ -27,7 +27,7 @@ from math import inf, nan
 import numpy as np
 import pandas as pd
 
-from comparison.accuracy.uncertainty import ENSEMBLE_FACTOR, Runs, movable, moved, perturbation
+from comparison.accuracy.uncertainty import ENSEMBLE_FACTOR, Runs, movable, move_start, perturbation
 from comparison.metrics import Parting, distances, parting_contact
 from comparison.scene import Scene, digest
 from comparison.tables.channels import Array
@@ -215,7 +215,7 @@ def moved_starts(scene: Scene, model: str, shift: float) -> list[Scene]:
     """Draw the starts of a model's ensemble by their standard deviation, m; always the same ones."""
     seed = int(digest({"scene": scene.hash, "model": model})[:16], 16)
     draws = shift * np.random.default_rng(seed).standard_normal((MEMBERS.get(model, OTHER_MEMBERS), 2))
-    return [moved(scene, float(across), float(turned)) for across, turned in draws]
+    return [move_start(scene, float(across), float(turned)) for across, turned in draws]
 
 
 def scaled_member(member: Table, base: Table, share: Array) -> Table:

@@ -10,7 +10,7 @@ from math import degrees, pi, remainder
 
 from comparison.accuracy.levels import coarser, finer, refinement, setting_key, thresholds
 from comparison.accuracy.refine import usable_table
-from comparison.accuracy.uncertainty import WINDOW, in_clearances, shifted
+from comparison.accuracy.uncertainty import WINDOW, clearance_scales, shift_start
 from comparison.execution.run import Job, Outcome, Progress, describe
 from comparison.execution.sides import Run, Side, SolverError
 from comparison.models import MODELS
@@ -49,7 +49,7 @@ class LinkagePair(Pair):
         scene, model = self.scene, run.side.label
         for _ in range(abs(run.level)):
             scene = (finer if run.level > 0 else coarser)(model, scene) or scene
-        start = shifted(scene, dict(zip(self.keys.start.states, run.start, strict=True)))
+        start = shift_start(scene, dict(zip(self.keys.start.states, run.start, strict=True)))
         return Job(start, model, dense=has_ideal(scene) and model in MODELS)
 
     def _results(self, runs: Sequence[Run], on_progress: Progress) -> list[Source | SolverError]:
@@ -108,7 +108,7 @@ def moved_states(scene: Scene) -> list[str]:
     positions = given - rates - {f"{driven}.angle"}
     if not rates:
         rates = {f"{body}.{_RATES[key]}" for body, _, key in (name.partition(".") for name in positions)}
-    return [name for name in expected(scene.data) if name in positions | rates] + [*in_clearances(scene)]
+    return [name for name in expected(scene.data) if name in positions | rates] + [*clearance_scales(scene)]
 
 
 def linkage_pair(
@@ -135,7 +135,7 @@ def linkage_pair(
         Mapping(),
         scene.name,
         scales={name: channel.given for name, channel in known_channels(scene.data).items()}
-        | in_clearances(scene),
+        | clearance_scales(scene),
         scene=scene,
         launch=launch,
     )

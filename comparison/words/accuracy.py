@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from math import degrees, inf, isfinite, isnan
 from typing import TYPE_CHECKING, Any
 
-from comparison.accuracy.levels import Expected, Plan, formulation, setting_key
+from comparison.accuracy.levels import Forecast, Plan, formulation, setting_key
 from comparison.execution.run import Outcome
 from comparison.models import smallest
 from comparison.scene import Scene
@@ -21,14 +21,14 @@ if TYPE_CHECKING:  # they load scipy, which a single run does not need
 _UNMEASURED = "not measured on this scene: estimate it by --check"
 
 
-def error_of(expected: Expected) -> str:
+def error_of(expected: Forecast) -> str:
     """Return the measured error of a scene's settings, or how to find it."""
     known = expected.own and isfinite(expected.error)
     span = "cycle" if expected.cycles == 1.0 else f"{expected.cycles:g} cycles"
     return f"{expected.error:.2g} m of slider_x over the first {span}" if known else _UNMEASURED
 
 
-def expectation(expected: Expected) -> str:
+def expectation(expected: Forecast) -> str:
     """Return the expected error and time of a run."""
     time = f"about {expected.seconds:.2g} s"
     if not expected.own:
@@ -36,7 +36,7 @@ def expectation(expected: Expected) -> str:
     return f"expected: {error_of(expected)}, and {time}"
 
 
-def unmeasured(expected: Expected) -> str:
+def unmeasured(expected: Forecast) -> str:
     """Return a sentence if the error of a built-in model's settings was not measured on a scene, else ""."""
     return "" if expected.own or not expected.scene else f"the error of slider_x was {_UNMEASURED}"
 
@@ -96,7 +96,7 @@ def accuracy_line(run: AccurateRun) -> str:
     estimate, scene = run.estimate, run.level.scene
     if estimate is None:
         unrefined = "finer" not in run.level.outcomes
-        why = "the model has neither a step nor a tolerance" if unrefined else _stopped(run.stopped)
+        why = "the model has neither a step nor a tolerance" if unrefined else _stopped(run.failure)
         return f"the error is unknown: {why}{cost}"
     if run.wanted is None:
         parts = ", ".join(f"{estimate.error_on(share):.2g} m on {share:.0%}" for share in (0.5, 0.9, 1.0))
@@ -116,7 +116,7 @@ def accuracy_line(run: AccurateRun) -> str:
         return line + (exact if scene.loose == ("crank_pin",) else "") + cost
     reason = {
         Limit.DIVERGENCE: f"No setting does better{_divergence(scene, estimate)}",
-        Limit.STOPPED: f"Finer settings have no result: {_stopped(run.stopped)}",
+        Limit.FAILURE: f"Finer settings have no result: {_stopped(run.failure)}",
         Limit.FINEST: "No finer setting is measured",
     }[run.limit or Limit.FINEST]
     return (

@@ -27,7 +27,7 @@ class Motion:
         self.reference, self.q, self.v = system.reference, q, v
         self.cosines, self.sines = np.cos(q[ANGLE::PER_BODY]), np.sin(q[ANGLE::PER_BODY])
 
-    def turned(self, body: int, vector: tuple[float, float]) -> tuple[Any, Any]:
+    def rotate(self, body: int, vector: tuple[float, float]) -> tuple[Any, Any]:
         """Return x and y of a vector of a body's frame, or of the fixed one."""
         if body == FRAME:
             return vector
@@ -39,7 +39,7 @@ class Motion:
 
     def point(self, body: int, point: tuple[float, float]) -> tuple[Any, ...]:
         """Return x, y (m), their rates (m/s), and the arm's x and y (m) of a point of a body."""
-        arm_x, arm_y = self.turned(body, point)
+        arm_x, arm_y = self.rotate(body, point)
         if body == FRAME:
             return arm_x, arm_y, 0.0, 0.0, 0.0, 0.0
         first, angle = PER_BODY * body, PER_BODY * body + ANGLE
@@ -114,11 +114,11 @@ def constraints(system: System, times: Array, q: Array, v: Array) -> Constraints
         gaps.append(reference[coordinate] + q[coordinate] - value - rate * times)
         rates.append(v[coordinate] - rate)
     for guide in system.turned_guides:
-        across, turned, own_gaps, own_rates, product = _turned_guide(guide, motion)
-        rows += [across, turned]
+        across, rotation, guide_gaps, guide_rates, product = _turned_guide(guide, motion)
+        rows += [across, rotation]
         products += [product, 0.0]
-        gaps += own_gaps
-        rates += own_rates
+        gaps += guide_gaps
+        rates += guide_rates
     shape = len(rows), len(times)
     return Constraints(rows, products, np.reshape(gaps, shape), np.reshape(rates, shape))
 
@@ -128,27 +128,27 @@ def _turned_guide(guide: TurnedGuide, motion: Motion) -> tuple[Any, ...]:
 
     n . (point - centre), with n across the line, which turns with the body ``on``; and the angle.
     """
-    q, v, on, own = motion.q, motion.v, guide.on, PER_BODY * guide.body
-    tx, ty = motion.turned(on, (math.cos(guide.direction), math.sin(guide.direction)))
+    q, v, on, base = motion.q, motion.v, guide.on, PER_BODY * guide.body
+    tx, ty = motion.rotate(on, (math.cos(guide.direction), math.sin(guide.direction)))
     px, py, vx, vy, arm_x, arm_y = motion.point(on, guide.point)
-    x, y, vx, vy = px - q[own], py - q[own + 1], vx - v[own], vy - v[own + 1]
-    across = {own: ty, own + 1: -tx}
-    turned = {own + ANGLE: 1.0}
+    x, y, vx, vy = px - q[base], py - q[base + 1], vx - v[base], vy - v[base + 1]
+    across = {base: ty, base + 1: -tx}
+    rotation = {base + ANGLE: 1.0}
     rate, product = -ty * vx + tx * vy, np.zeros_like(x)
-    angle, spin = q[own + ANGLE] - guide.angle, v[own + ANGLE]
+    angle, spin = q[base + ANGLE] - guide.angle, v[base + ANGLE]
     if on != FRAME:
         first, omega = PER_BODY * on, v[PER_BODY * on + ANGLE]
         along = tx * (arm_x - x) + ty * (arm_y - y)
         across |= {first: -ty, first + 1: tx, first + ANGLE: along}
-        turned[first + ANGLE] = -1.0
+        rotation[first + ANGLE] = -1.0
         rate = rate - omega * (tx * x + ty * y)
         product = omega**2 * (-ty * (arm_x + x) + tx * (arm_y + y)) + 2.0 * omega * (tx * vx + ty * vy)
         angle, spin = angle - q[first + ANGLE], spin - omega
-    return across, turned, [-ty * x + tx * y, angle], [rate, spin], product
+    return across, rotation, [-ty * x + tx * y, angle], [rate, spin], product
 
 
 def applied_forces(system: System, q: Array, v: Array) -> tuple[Array, Array, Array, Array, Array]:
-    """Return what gravity, springs and a motor's torque do in n states of coordinates ``q`` and rates ``v``.
+    """Return forces, energy and powers of gravity, springs and a motor's torque in n states ``q``, ``v``.
 
     Returns
     -------
@@ -156,12 +156,12 @@ def applied_forces(system: System, q: Array, v: Array) -> tuple[Array, Array, Ar
         N, N m.
     tensions : ndarray, shape (springs, n)
         N.
-    stored, damped, driven : ndarray, shape (n,)
+    spring_energy, damper_power, motor_power : ndarray, shape (n,)
         Energy in all springs (J), powers of their dampers and of the motor's torque (W).
     """
     force, motion = np.zeros_like(q), Motion(system, q, v)
     force[Y::PER_BODY] = -system.gravity * system.masses[Y::PER_BODY, None]
-    stored, damped, driven = np.zeros((3, q.shape[1]))
+    spring_energy, damper_power, motor_power = np.zeros((3, q.shape[1]))
     tensions = np.zeros((len(system.springs), q.shape[1]))
     for spring, tension in zip(system.springs, tensions, strict=True):
         points = [motion.point(*end) for end in ends(spring)]
@@ -171,18 +171,18 @@ def applied_forces(system: System, q: Array, v: Array) -> tuple[Array, Array, Ar
             ux, uy = (np.where(length > 0.0, part / length, 0.0) for part in (x, y))
         rate, extension = ux * vx + uy * vy, length - spring.length
         tension += spring.stiffness * extension + spring.damping * rate
-        stored += 0.5 * spring.stiffness * extension**2
-        damped += spring.damping * rate**2
+        spring_energy += 0.5 * spring.stiffness * extension**2
+        damper_power += spring.damping * rate**2
         for sign, (body, _), (*_, arm_x, arm_y) in zip((1.0, -1.0), ends(spring), points, strict=True):
             if body != FRAME:
-                own = PER_BODY * body
-                force[own : own + PER_BODY] += sign * tension * np.array([ux, uy, arm_x * uy - arm_y * ux])
+                base = PER_BODY * body
+                force[base : base + PER_BODY] += sign * tension * np.array([ux, uy, arm_x * uy - arm_y * ux])
     if isinstance(system.drive, Torque):
         angle = PER_BODY * system.drive.body + ANGLE
         torque = np.interp(q[angle] % (2.0 * math.pi), *system.drive.table.T)
         force[angle] += torque
-        driven += torque * v[angle]
-    return force, tensions, stored, damped, driven
+        motor_power += torque * v[angle]
+    return force, tensions, spring_energy, damper_power, motor_power
 
 
 def accelerations(system: System, joints: Constraints, force: Array) -> tuple[Array, Array]:
@@ -203,17 +203,17 @@ def accelerations(system: System, joints: Constraints, force: Array) -> tuple[Ar
     right: list[Any] = []
     for i, row in enumerate(joints.rows):
         weighted = {k: value / masses[k] for k, value in row.items()}
-        own: dict[int, Any] = {}
+        entries: dict[int, Any] = {}
         for j in range(i + 1):
-            shared = [weighted[k] * joints.rows[j][k] for k in weighted.keys() & joints.rows[j].keys()]
-            other = factor[j] if j < i else own
-            filled = [own[k] * other[k] for k in own.keys() & other.keys() if k < j]
-            if shared or filled:
-                total = sum(shared) - sum(filled)
-                own[j] = np.sqrt(total) if j == i else total / factor[j][j]
-        factor.append(own)
+            products = [weighted[k] * joints.rows[j][k] for k in weighted.keys() & joints.rows[j].keys()]
+            other = factor[j] if j < i else entries
+            fill_in = [entries[k] * other[k] for k in entries.keys() & other.keys() if k < j]
+            if products or fill_in:
+                total = sum(products) - sum(fill_in)
+                entries[j] = np.sqrt(total) if j == i else total / factor[j][j]
+        factor.append(entries)
         value = sum(coefficient * result[k] for k, coefficient in row.items()) - joints.products[i]
-        right.append((value - sum(own[k] * right[k] for k in own if k < i)) / own[i])
+        right.append((value - sum(entries[k] * right[k] for k in entries if k < i)) / entries[i])
     for i in range(len(factor) - 1, -1, -1):
         right[i] = right[i] / factor[i][i]
         for k in factor[i]:
@@ -240,6 +240,6 @@ def correct_start(system: System, q: Array, v: Array, acceleration: Array, multi
     multipliers : ndarray, shape (rows,)
     """
     joints = constraints(system, np.zeros(1), q[:, None], v[:, None])
-    corrected, change = accelerations(system, joints, (system.masses * acceleration)[:, None])
-    acceleration[:] = corrected[:, 0]
+    solution, change = accelerations(system, joints, (system.masses * acceleration)[:, None])
+    acceleration[:] = solution[:, 0]
     multipliers += change[:, 0]

@@ -164,9 +164,9 @@ def speed_in_step(contact: Memory, gap: float, rate: float, step: Any, law: Law)
     """Return the impact speed (m/s) of a contact in a trial state of a step; 0 where it is open."""
     if gap >= 0.0:
         return 0.0
-    frozen: float = contact.impact_speed
-    if frozen > 0.0 or step.length > step.tick:
-        return frozen
+    impact_speed: float = contact.impact_speed
+    if impact_speed > 0.0 or step.length > step.tick:
+        return impact_speed
     return touch(contact, gap, rate, step.length, law)[1]
 
 
@@ -177,8 +177,8 @@ def update_alone(
     """Begin the contact of a point that closes in the step to ``time`` (s), end one that opens."""
     if (contact.impact_speed > 0.0) == (gap < 0.0):
         return
-    at, speed = touch(contact, gap, rate, step, law)
-    now = time - (1.0 - at) * step
+    fraction, speed = touch(contact, gap, rate, step, law)
+    now = time - (1.0 - fraction) * step
     if gap < 0.0:
         contact.impact_speed, contact.start, contact.name = speed, now, row
     else:
@@ -293,9 +293,9 @@ class ContactElement:
     ) -> None:
         self.partners, self.rows, self.law = partners, rows, partners.law
         self.bodies = int(partners.first), int(partners.second)
-        own = contacts[rows]
-        last, self.load = np.zeros(len(own), BEFORE), np.zeros(2 * PER_BODY)
-        self._arrays = ContactArrays(step, record(partners), own, last, self.load)
+        memory = contacts[rows]
+        last, self.load = np.zeros(len(memory), BEFORE), np.zeros(2 * PER_BODY)
+        self._arrays = ContactArrays(step, record(partners), memory, last, self.load)
         self._q, self._v = vectors = np.zeros((2, PER_BODY))
         force, follow, change = kernels
         # The guide of a slider may be the frame's, which has no coordinates
@@ -308,7 +308,7 @@ class ContactElement:
     def _user_function(self) -> ForceUserFunction:
         force: Callable[..., tuple[float, ...]] = self._force
         arrays, first_is_frame = self._arrays, self.bodies[0] == FRAME
-        rest, own = ((0.0,) * PER_BODY, slice(PER_BODY, None)) if first_is_frame else ((), slice(PER_BODY))
+        rest, part = ((0.0,) * PER_BODY, slice(PER_BODY, None)) if first_is_frame else ((), slice(PER_BODY))
 
         def user_function(
             _mbs: Any, _t: float, _number: int, q: list[float], v: list[float]
@@ -319,7 +319,7 @@ class ContactElement:
         def beside_frame(
             _mbs: Any, _t: float, _number: int, q: list[float], v: list[float]
         ) -> tuple[float, ...]:
-            return force((*rest, *q), (*rest, *v), arrays)[own]
+            return force((*rest, *q), (*rest, *v), arrays)[part]
 
         return beside_frame if FRAME in self.bodies else user_function
 
@@ -336,7 +336,7 @@ class ContactElement:
         return self._change(self._q, self._v, self._arrays)
 
     def motion(self, q: Array, v: Array) -> Array:
-        """Return what :func:`relative` does, and both bodies' angles and their rates (rad, rad/s).
+        """Return the results of :func:`relative`, and both bodies' angles and their rates (rad, rad/s).
 
         Parameters
         ----------
@@ -352,11 +352,11 @@ class ContactElement:
         first = complex(partners.first_x, partners.first_y)
         second = complex(partners.second_x, partners.second_y)
         for body, centre in zip(self.bodies, (first, second), strict=True):
-            own, rest = slice(PER_BODY * body, PER_BODY * (body + 1)), np.zeros((PER_BODY, *q.shape[1:]))
-            (x, y, angle), (vx, vy, w) = (rest, rest) if body == FRAME else (q[own], v[own])
-            turned = centre * np.exp(1j * angle)
-            motions.append((x + 1j * y + turned, vx + 1j * vy + 1j * w * turned, angle, w))
+            part, rest = slice(PER_BODY * body, PER_BODY * (body + 1)), np.zeros((PER_BODY, *q.shape[1:]))
+            (x, y, angle), (vx, vy, w) = (rest, rest) if body == FRAME else (q[part], v[part])
+            point = centre * np.exp(1j * angle)
+            motions.append((x + 1j * y + point, vx + 1j * vy + 1j * w * point, angle, w))
         (place1, rate1, *turn1), (place2, rate2, *turn2) = motions
-        apart, rate = place1 - place2 + complex(partners.apart_x, partners.apart_y), rate1 - rate2
+        vector, rate = place1 - place2 + complex(partners.apart_x, partners.apart_y), rate1 - rate2
         angles = turn1[0], turn2[0], turn1[1], turn2[1]
-        return np.array([apart.real, apart.imag, rate.real, rate.imag, *angles])
+        return np.array([vector.real, vector.imag, rate.real, rate.imag, *angles])

@@ -68,14 +68,14 @@ def journal_force(q: Six, v: Six, arrays: ContactArrays) -> Six:
 
     ``q`` and ``v`` are of the journal's body, then of the bearing's.
     """
-    bearing, contact, own = arrays.partners[0], arrays.contacts[0], (q[:3], q[3:])
-    motion = journal_in_bearing(own, (v[:3], v[3:]), bearing)
+    bearing, contact, pair = arrays.partners[0], arrays.contacts[0], (q[:3], q[3:])
+    motion = journal_in_bearing(pair, (v[:3], v[3:]), bearing)
     speed = speed_in_step(contact, motion.gap, motion.rate, arrays.step[0], bearing.law)
     if speed == 0.0:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     normal, _, _ = journal_forces(motion, speed, bearing.law)
     friction = friction_in_regime(normal, motion.slip, contact.regime, bearing.law)
-    gx, gy, moment1, moment2 = journal_loads(normal, friction, motion, own, bearing)
+    gx, gy, moment1, moment2 = journal_loads(normal, friction, motion, pair, bearing)
     return -gx, -gy, moment1, gx, gy, moment2
 
 
@@ -87,11 +87,11 @@ def settle(q: Array, v: Array, arrays: ContactArrays) -> bool:
     """
     bearing, contact = arrays.partners[0], arrays.contacts[0]
     motion = journal_in_bearing(of_bodies(q, bearing), of_bodies(v, bearing), bearing)
-    wanted = slip_regime(motion.slip, bearing.law)
+    piece = slip_regime(motion.slip, bearing.law)
     if motion.gap >= 0.0:  # no friction in any piece
-        contact.regime = wanted
-    fits: bool = contact.regime == wanted
-    contact.regime += np.sign(wanted - contact.regime)
+        contact.regime = piece
+    fits: bool = contact.regime == piece
+    contact.regime += np.sign(piece - contact.regime)
     return fits
 
 
@@ -99,8 +99,8 @@ def settle(q: Array, v: Array, arrays: ContactArrays) -> bool:
 def follow_journal(time: float, q: Array, v: Array, longest: float, row: int, arrays: ContactArrays) -> float:
     """Take an accepted state of a journal, as ``slider_contact.follow_slider`` does of a slider."""
     bearing, contact, step, load = arrays.partners[0], arrays.contacts[0], arrays.step[0], arrays.load
-    law, own = bearing.law, of_bodies(q, bearing)
-    motion = journal_in_bearing(own, of_bodies(v, bearing), bearing)
+    law, pair = bearing.law, of_bodies(q, bearing)
+    motion = journal_in_bearing(pair, of_bodies(v, bearing), bearing)
     if time > 0.0:
         update_alone(time, step.length, row, motion.gap, motion.rate, contact, law)
     normal, elastic, friction = journal_forces(motion, contact.impact_speed, law)
@@ -108,7 +108,7 @@ def follow_journal(time: float, q: Array, v: Array, longest: float, row: int, ar
     contact.stored = elastic * max(-motion.gap, 0.0) / (law.exponent + 1.0)
     contact.damping_power = -(normal - elastic) * motion.rate
     contact.friction_power = -friction * motion.slip
-    gx, gy, moment1, moment2 = journal_loads(normal, friction, motion, own, bearing)
+    gx, gy, moment1, moment2 = journal_loads(normal, friction, motion, pair, bearing)
     load[0], load[1], load[2] = -gx, -gy, moment1
     load[3], load[4], load[5] = gx, gy, moment2
     ticks = allowed_ticks(time, step, contact, arrays.last[0], law)

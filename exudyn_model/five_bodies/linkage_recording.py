@@ -17,7 +17,7 @@ from exudyn_model.clearances import ACROSS
 from exudyn_model.five_bodies.balance import Constraints, accelerations, applied_forces, constraints
 from exudyn_model.five_bodies.contact import ANGLE, PER_BODY
 from exudyn_model.five_bodies.journal_contact import JournalElement
-from exudyn_model.five_bodies.linkage_scene import Linkage, scaled
+from exudyn_model.five_bodies.linkage_scene import Linkage, jacobian
 from exudyn_model.five_bodies.recording import BodiesRecorder, Memory
 from exudyn_model.five_bodies.settings import StepChoice
 from exudyn_model.five_bodies.solver import Solution
@@ -78,7 +78,7 @@ class LinkageRecorder(BodiesRecorder):
         self._residual, self._energy, self._errors = (0.0, 0.0), 0.0, 0.0
 
     def accept(self) -> float:
-        """Take the next state; return how many ticks the next step may take: one without clearance."""
+        """Take the next state; return the most ticks of the next step: one without clearance."""
         if self.ending:
             raise StopError(self.ending[0])
         if self._model.elements:
@@ -93,10 +93,10 @@ class LinkageRecorder(BodiesRecorder):
         q, v = (last_state[columns] for columns in self._columns[1:3])
         pair = np.stack([q - step * v, q], axis=1)
         before, last = self._singular_values(constraints(self._model.system, np.zeros(2), pair, pair), (0, 1))
-        # It falls in proportion to the time that is left, or to its root where rates grow without bound
-        left = last / (before - last) * step if last < before else math.inf
-        if left <= _AHEAD * step and last < 0.3 * self._start:
-            self._end(self.time + 0.5 * left)
+        # It falls in proportion to the remaining time, or to its root where rates grow without bound
+        remaining = last / (before - last) * step if last < before else math.inf
+        if remaining <= _AHEAD * step and last < 0.3 * self._start:
+            self._end(self.time + 0.5 * remaining)
         advice = "lower solver.exudyn.step, or raise solver.exudyn.tolerance"
         self.ending = self.ending or ("newton-failed", advice)
 
@@ -111,8 +111,8 @@ class LinkageRecorder(BodiesRecorder):
         value = residual / energy if math.isfinite(residual) else math.inf
         events, settings = self.event_table(), self._settings
         # As of a press, of second order in a step's share of a contact
-        most = 1e-4 + 10.0 * squared_share(events, settings.tick)
-        bounds = {"energy": min(most, 1e-7 + 3.0 * self._errors / energy)}
+        limit = 1e-4 + 10.0 * squared_share(events, settings.tick)
+        bounds = {"energy": min(limit, 1e-7 + 3.0 * self._errors / energy)}
         bounds["constraint-position"] = 1e-5 * linkage.size
         # Index 2 leaves positions to the rule: they drift where the linkage hurries, and its angles do
         worst = {
@@ -121,12 +121,12 @@ class LinkageRecorder(BodiesRecorder):
         }
         if linkage.system.contacts:
             worst |= contact_violations(self.watch, self.contacts, events)
-            rounded = 1e-13 * max(1.0, linkage.size)
-            bounds |= contact_bounds(self.watch, settings.duration, settings.tick, rounded)
-        judged, broken = judge(worst, bounds)
-        if broken and self._least[0] < 0.3 * self._start:
-            broken += f", perhaps by a singular position near t = {self._least[1]:.6g} s"
-        return judged, broken
+            rounding = 1e-13 * max(1.0, linkage.size)
+            bounds |= contact_bounds(self.watch, settings.duration, settings.tick, rounding)
+        invariants, violation = judge(worst, bounds)
+        if violation and self._least[0] < 0.3 * self._start:
+            violation += f", perhaps by a singular position near t = {self._least[1]:.6g} s"
+        return invariants, violation
 
     def _observe(self) -> None:
         if self.ending:
@@ -141,61 +141,61 @@ class LinkageRecorder(BodiesRecorder):
 
     def _values(
         self, times: Array, q: Array, v: Array, multipliers: Array, memory: Memory, loads: list[Array],
-        required: Any,
+        instants: Any,
     ) -> Array:  # fmt: skip
         """Return all channels, shape (channels, n)."""
         system, index2 = self._model.system, self._settings.index2
         joints = constraints(system, times, q, v)
-        self._take_drift(times, required, joints)
-        force, tensions, spring, damped, driven = applied_forces(system, q, v)
-        pushed = self._add_loads(force, q, loads)
-        acceleration, balanced = accelerations(system, joints, force)
-        reactions, pins = -multipliers if index2 else -balanced, 2 * len(system.pins)
+        self._take_drift(times, instants, joints)
+        force, tensions, spring, damper, motor = applied_forces(system, q, v)
+        workpiece = self._add_loads(force, q, loads)
+        acceleration, solution = accelerations(system, joints, force)
+        reactions, pins = -multipliers if index2 else -solution, 2 * len(system.pins)
         torque = reactions[pins : pins + isinstance(system.drive, Drive)]
         guides = reactions[pins + len(torque) :]
         guides[::2] *= -1.0
         for row in torque:
-            driven = row * v[system.prescribed[0][0]]
-        contact, lost, rubbed = (memory[f].sum(axis=0) for f in ("stored", "damping_power", "friction_power"))
-        powers, stored = np.array([driven, damped + lost, rubbed]), spring + sum(pushed) + contact
-        works, gravity, kinetic, residual = self._audit(times, q, v, powers, stored)
-        energy = kinetic + stored + works[1] + works[2]
+            motor = row * v[system.prescribed[0][0]]
+        contact, loss, drag = (memory[f].sum(axis=0) for f in ("stored", "damping_power", "friction_power"))
+        powers, potential = np.array([motor, damper + loss, drag]), spring + sum(workpiece) + contact
+        works, gravity, kinetic, residual = self._audit(times, q, v, powers, potential)
+        energy = kinetic + potential + works[1] + works[2]
         self._take_errors(times, v, acceleration, residual, energy)
         # The mean force over a step misses part of a potential, most of it where a spring is short
-        worked = gravity - works[1] - works[2] - stored
-        worked = worked if isinstance(system.drive, Drive) else worked + works[0]
-        missed = 0.5 * ((force[:, 1:] + force[:, :-1]) * np.diff(q)).sum(axis=0) - np.diff(worked)
-        self._errors += float(np.abs(missed).sum())
+        work = gravity - works[1] - works[2] - potential
+        work = work if isinstance(system.drive, Drive) else work + works[0]
+        error = 0.5 * ((force[:, 1:] + force[:, :-1]) * np.diff(q)).sum(axis=0) - np.diff(work)
+        self._errors += float(np.abs(error).sum())
         rows: list[Array] = []
         for body in range(0, len(q), PER_BODY):
-            own = slice(body, body + PER_BODY)
-            rows += [*(q[own] + system.reference[own, None]), *v[own], *acceleration[own]]
-        of_joints = {pin.name: reactions[2 * n : 2 * n + 2] for n, pin in enumerate(system.pins)}
-        of_joints |= {guide.name: guides[2 * n : 2 * n + 2] for n, guide in enumerate(system.turned_guides)}
-        for element, load, loose in zip(self._model.elements, loads, system.contacts, strict=True):
+            part = slice(body, body + PER_BODY)
+            rows += [*(q[part] + system.reference[part, None]), *v[part], *acceleration[part]]
+        joint_rows = {pin.name: reactions[2 * n : 2 * n + 2] for n, pin in enumerate(system.pins)}
+        joint_rows |= {guide.name: guides[2 * n : 2 * n + 2] for n, guide in enumerate(system.turned_guides)}
+        for element, load, joint in zip(self._model.elements, loads, system.contacts, strict=True):
             gaps, normals, frictions = (memory[name][element.rows] for name in ("gap", "normal", "friction"))
-            if isinstance(loose, JournalContact) and isinstance(element, JournalElement):
+            if isinstance(joint, JournalContact) and isinstance(element, JournalElement):
                 rows += [*element.eccentricity(q), *normals, *frictions]
-                of_joints[loose.name] = load[PER_BODY : PER_BODY + ANGLE]
+                joint_rows[joint.name] = load[PER_BODY : PER_BODY + ANGLE]
             else:
                 rows += [row for corner in zip(gaps, normals, frictions, strict=True) for row in corner]
                 # A wall on the left, where the normal of the line points, pushes against that
-                of_joints[loose.rows[0].split(".")[0]] = np.array([np.array(ACROSS) @ normals, load[ANGLE]])
+                joint_rows[joint.rows[0].split(".")[0]] = np.array([np.array(ACROSS) @ normals, load[ANGLE]])
         for name in (*self._linkage.pins, *self._linkage.guides):
-            rows += [*of_joints[name]]
+            rows += [*joint_rows[name]]
         losses = ([contact, works[1], works[2]]) if system.contacts else [works[1]]
-        rows += [*torque, *tensions, kinetic, gravity, works[0], spring, *losses, *pushed, residual]
+        rows += [*torque, *tensions, kinetic, gravity, works[0], spring, *losses, *workpiece, residual]
         return np.array(rows)
 
     def _take_errors(
         self, times: Array, v: Array, acceleration: Array, residual: Array, energy: Array
     ) -> None:
-        """Update what the invariants ask for."""
+        """Update the residual, the errors and the energy that the invariants compare."""
         at = int(np.argmax(np.abs(residual)))  # the first that is not a number, if one is not
         if not abs(residual[at]) <= self._residual[0]:
             self._residual = abs(float(residual[at])), float(times[at])
-        missed = self._model.system.masses @ np.abs(np.diff(acceleration) * np.diff(v))
-        self._errors += 0.25 * float(missed @ np.diff(times))
+        errors = self._model.system.masses @ np.abs(np.diff(acceleration) * np.diff(v))
+        self._errors += 0.25 * float(errors @ np.diff(times))
         self._energy = max(self._energy, float(energy.max()))
 
     def _end(self, time: float) -> None:
@@ -207,7 +207,7 @@ class LinkageRecorder(BodiesRecorder):
     def _singular_values(self, joints: Constraints, states: Iterable[int]) -> list[float]:
         """Return the least singular value of the scaled Jacobian in some states."""
         count, size = PER_BODY * len(self._linkage.names), self._linkage.size
-        matrices = np.array([scaled(joints, state, count, size) for state in states])
+        matrices = np.array([jacobian(joints, state, count, size) for state in states])
         if not np.isfinite(matrices).all():  # the run fails
             return [math.inf for _ in matrices]
         values: list[float] = np.linalg.svd(matrices, compute_uv=False).min(axis=1, initial=math.inf).tolist()
@@ -232,11 +232,11 @@ class LinkageRecorder(BodiesRecorder):
             self._start = value
         limit = SINGULAR * self._start
         while at < last:
-            following = at + 1
+            target = at + 1
             if value < math.inf:
-                following = int(np.searchsorted(path, path[at] + value - limit)) - 1
-            if following > at + 1:
-                at = min(following, last)
+                target = int(np.searchsorted(path, path[at] + value - limit)) - 1
+            if target > at + 1:
+                at = min(target, last)
                 (value,) = self._singular_values(joints, (at,))
                 continue
             (after,) = self._singular_values(joints, (at + 1,))
@@ -250,12 +250,12 @@ class LinkageRecorder(BodiesRecorder):
     def _least_inside(self, times: Array, q: Array, v: Array, at: int) -> tuple[float, float]:
         """Return the least singular value in a step, along cubic Hermite polynomials, and its time (s)."""
         step, rise = times[at + 1] - times[at], q[:, at + 1, None] - q[:, at, None]
-        leaves, arrives = step * v[:, at, None] - rise, rise - step * v[:, at + 1, None]
+        slope0, slope1 = step * v[:, at, None] - rise, rise - step * v[:, at + 1, None]
         low, high = 0.0, 1.0
         for _ in range(3):
             s = np.linspace(low, high, 17)
-            inside = q[:, at, None] + s * rise + s * (1.0 - s) * ((1.0 - s) * leaves + s * arrives)
-            joints = constraints(self._model.system, times[at] + s * step, inside, inside)
+            path = q[:, at, None] + s * rise + s * (1.0 - s) * ((1.0 - s) * slope0 + s * slope1)
+            joints = constraints(self._model.system, times[at] + s * step, path, path)
             values = self._singular_values(joints, range(len(s)))
             best = int(np.argmin(values))
             low, high = s[max(best - 1, 0)], s[min(best + 1, len(s) - 1)]
@@ -264,20 +264,20 @@ class LinkageRecorder(BodiesRecorder):
 
 def run_linkage(linkage: Linkage, report: Report | None) -> tuple[Run, tuple[dict[str, dict[str, Any]], str]]:
     """Run a linkage; return also its judged invariants. ``report`` is that of ``simulation.simulate``."""
-    # Forces of which the start says nothing may round to more than the tolerance
-    for loosened in (1.0, 1e2, 1e4):
-        settings = replace(linkage.settings, tolerance=loosened * linkage.settings.tolerance)
+    # Forces that grow far beyond those of the start may round to more than the tolerance
+    for factor in (1.0, 1e2, 1e4):
+        settings = replace(linkage.settings, tolerance=factor * linkage.settings.tolerance)
         model = build(linkage.system, settings.tick)
         choice = StepChoice(model, settings)
         recorder = LinkageRecorder(linkage, model, choice)
         outcome = Solution(model, settings, choice, recorder, Progress(report, settings.duration)).run()
         if outcome.status != "newton-failed":
             break
-    used = {
+    step_settings = {
         "step_used": settings.tick,
         "steps_per_sample": settings.per_sample,
         "newton_tolerance": settings.tolerance,
     }
     if linkage.system.contacts:
-        used["longest_step"] = choice.longest_taken * settings.tick
-    return Run(BODIES_AND_JOINTS, used, recorder, outcome, recorder.drift), recorder.invariants()
+        step_settings["longest_step"] = choice.longest_taken * settings.tick
+    return Run(BODIES_AND_JOINTS, step_settings, recorder, outcome, recorder.drift), recorder.invariants()

@@ -69,13 +69,13 @@ def read_linkage(scene: Mapping[str, Any]) -> Linkage:
         origin = (0.0, 0.0) if body == "frame" else bodies[body]["centroid"]
         return numbers[body], (float(at[0] - origin[0]), float(at[1] - origin[1]))
 
-    def joined(table: Mapping[str, Any]) -> tuple[Any, ...]:
-        """Return numbers and points of what a pin or a spring joins."""
+    def ends_of(table: Mapping[str, Any]) -> tuple[Any, ...]:
+        """Return numbers and points of the bodies that a pin or a spring joins."""
         parts: tuple[Any, ...] = ()
         for body, _, name in (join.partition(".") for join in table["joins"]):
-            fixed = table.get("point", (0.0, 0.0))
-            own = {} if body == "frame" else {"centroid": bodies[body]["centroid"]} | bodies[body]["points"]
-            parts += point(body, own.get(name, fixed))
+            default = table.get("point", (0.0, 0.0))
+            sites = {} if body == "frame" else {"centroid": bodies[body]["centroid"]} | bodies[body]["points"]
+            parts += point(body, sites.get(name, default))
         return parts
 
     guides = []
@@ -86,7 +86,7 @@ def read_linkage(scene: Mapping[str, Any]) -> Linkage:
         guides.append(TurnedGuide(name, numbers[table["body"]], *on, *angles))
     springs = [
         Spring(
-            name, *joined(table), *(float(table.get(key, 0.0)) for key in ("stiffness", "length", "damping"))
+            name, *ends_of(table), *(float(table.get(key, 0.0)) for key in ("stiffness", "length", "damping"))
         )
         for name, table in scene.get("spring", {}).items()
     ]
@@ -94,7 +94,7 @@ def read_linkage(scene: Mapping[str, Any]) -> Linkage:
     rest = (0.0, 0.0, 0.0)
     system = System(
         [Body(float(table["mass"]), float(table["inertia"]), rest, rest) for table in bodies.values()],
-        [Pin(name, *joined(table)) for name, table in scene.get("pin", {}).items()],
+        [Pin(name, *ends_of(table)) for name, table in scene.get("pin", {}).items()],
         guides=[],
         contacts=[],
         drive=_drive(scene.get("drive", {}), numbers),
@@ -107,14 +107,14 @@ def read_linkage(scene: Mapping[str, Any]) -> Linkage:
     shapes = [[*table["points"].values(), table["centroid"]] for table in bodies.values()]
     size = max(math.dist(a, b) for shape in shapes for a in shape for b in shape) or 1.0
     clearances = scene.get("clearance", {})
-    system = _assembled(system, numbers, scene, size)
+    system = _assemble(system, numbers, scene, size)
     forces, joints = _forces(system), ([pin.name for pin in system.pins], [guide.name for guide in guides])
-    system = _loosened(system, clearances)
+    system = _loosen(system, clearances)
     settings = _settings(scene, system, size)
     return Linkage(system, [*bodies], *joints, size, scene["output"]["groups"], settings, forces)
 
 
-def _loosened(system: System, clearances: Mapping[str, Any]) -> System:
+def _loosen(system: System, clearances: Mapping[str, Any]) -> System:
     """Return the system with contacts in the place of pins and guides that have clearance."""
     contacts: list[SliderContact | JournalContact] = []
     pins = {pin.name: pin for pin in system.pins}
@@ -180,21 +180,21 @@ def _forces(system: System) -> dict[str, float]:
     return {"load_at_start": force}
 
 
-def scaled(joints: Constraints, state: int, coordinates: int, size: float) -> Array:
+def jacobian(joints: Constraints, state: int, coordinates: int, size: float) -> Array:
     """Return the constraints' Jacobian in one state, with lengths in units of ``size`` (m)."""
     matrix = np.zeros((len(joints.rows), coordinates))
-    for own, row in zip(matrix, joints.rows, strict=True):
+    for target, row in zip(matrix, joints.rows, strict=True):
         for coordinate, value in row.items():
-            own[coordinate] = value[state] if np.ndim(value) else value
+            target[coordinate] = value[state] if np.ndim(value) else value
         if any(coordinate % PER_BODY != ANGLE for coordinate in row):
-            own[ANGLE::PER_BODY] /= size
+            target[ANGLE::PER_BODY] /= size
     return matrix
 
 
-def _assembled(system: System, numbers: Mapping[str, int], scene: Mapping[str, Any], size: float) -> System:
+def _assemble(system: System, numbers: Mapping[str, int], scene: Mapping[str, Any], size: float) -> System:
     """Return the system with positions and rates that meet the constraints and the given initial values."""
 
-    def given(table: str, keys: tuple[str, ...]) -> dict[int, float]:
+    def read(table: str, keys: tuple[str, ...]) -> dict[int, float]:
         return {
             PER_BODY * numbers[name] + k: math.radians(values[key]) if key == "angle_deg" else values[key]
             for name, values in scene.get(table, {}).items()
@@ -202,31 +202,31 @@ def _assembled(system: System, numbers: Mapping[str, int], scene: Mapping[str, A
             if values.get(key) is not None
         }
 
-    count, positions, rates = 3 * len(system.bodies), given("initial", _POSITIONS), given("initial", _RATES)
+    count, positions, rates = 3 * len(system.bodies), read("initial", _POSITIONS), read("initial", _RATES)
     driven = PER_BODY * system.drive.body + ANGLE if isinstance(system.drive, Drive) else -1
     if driven >= 0:
         positions.setdefault(driven, 0.0)
-    stated = given("guess", _POSITIONS) | positions
-    q = np.array([stated.get(coordinate, 0.0) for coordinate in range(count)])
+    starts = read("guess", _POSITIONS) | positions
+    q = np.array([starts.get(coordinate, 0.0) for coordinate in range(count)])
     others = {coordinate: value for coordinate, value in positions.items() if coordinate != driven}
-    # Where it cannot be assembled, there may be too many given values: of that their number is said
-    system = _started(system, q, 0.0 * q)
+    # A linkage with too many given values cannot be assembled either: their number is reported first
+    system = _with_start(system, q, 0.0 * q)
     offsets, offset_rates = _offsets(system, scene.get("clearance", {}))
-    assembled = _newton(system, q, offsets, others, size)
+    solution = _newton(system, q, offsets, others, size)
     refusal = ValueError(
         "guess: the linkage cannot be assembled from [initial], where the angle of a driven body is 0 by "
         "default, and [guess]"
     )
-    closed = _newton(system, q, offsets, {}, size) if assembled is None else assembled
-    if closed is None:
+    closure = _newton(system, q, offsets, {}, size) if solution is None else solution
+    if closure is None:
         raise refusal
-    q = closed
+    q = closure
     joints = constraints(system, np.zeros(1), q[:, None], 0.0 * q[:, None])
-    matrix, unit = scaled(joints, 0, count, size), np.eye(count)
+    matrix, unit = jacobian(joints, 0, count, size), np.eye(count)
     free = count - len(matrix)
-    if dependent := len(matrix) - _rank(matrix):
+    if surplus := len(matrix) - _rank(matrix):
         raise ValueError(
-            f"pin: too many constraints, or a singular position: {dependent} of {len(matrix)} rows of the "
+            f"pin: too many constraints, or a singular position: {surplus} of {len(matrix)} rows of the "
             "constraints are dependent at the start"
         )
     at_rest = not rates and driven < 0
@@ -238,18 +238,18 @@ def _assembled(system: System, numbers: Mapping[str, int], scene: Mapping[str, A
         raise ValueError(
             "initial: the linkage needs {} and {}{}; {} and {} are given".format(*texts[:2], rest, *texts[2:])
         )
-    if assembled is None:
+    if solution is None:
         raise refusal
-    for name, chosen in (("positions", others), ("rates", rates)):
-        if chosen and _rank(np.vstack([matrix, unit[[*chosen]]])) < count:
+    for name, targets in (("positions", others), ("rates", rates)):
+        if targets and _rank(np.vstack([matrix, unit[[*targets]]])) < count:
             raise ValueError(f"initial: the given {name} do not determine the linkage's start")
     v = np.zeros(count)
     if at_rest and offset_rates.any():
         at_rest, rates = False, dict.fromkeys(others, 0.0)
     if not at_rest:
-        rows = np.vstack([scaled(joints, 0, count, 1.0), unit[[*rates]]])
+        rows = np.vstack([jacobian(joints, 0, count, 1.0), unit[[*rates]]])
         v = np.linalg.solve(rows, [*(offset_rates - joints.rates[:, 0]), *rates.values()])
-    return _started(system, q, v)
+    return _with_start(system, q, v)
 
 
 def _rank(matrix: Array) -> int:
@@ -257,26 +257,26 @@ def _rank(matrix: Array) -> int:
     return int(np.count_nonzero(values > _RANK * values.max(initial=0.0)))
 
 
-def _started(system: System, q: Array, v: Array) -> System:
+def _with_start(system: System, q: Array, v: Array) -> System:
     states = zip(system.bodies, q.reshape(-1, 3).tolist(), v.reshape(-1, 3).tolist(), strict=True)
     return replace(system, bodies=[body._replace(position=at, velocity=rate) for body, at, rate in states])
 
 
-def _newton(system: System, q: Array, offsets: Array, chosen: dict[int, float], size: float) -> Array | None:
+def _newton(system: System, q: Array, offsets: Array, targets: dict[int, float], size: float) -> Array | None:
     """Solve for all coordinates; None: without success.
 
-    The constraints are to have the values ``offsets``, and the chosen coordinates theirs. Rows may be
-    dependent, of which only the rank says; angles change by half a radian at most.
+    The constraints are to have the values ``offsets``, some coordinates those of ``targets``. Rows may be
+    dependent: only the rank shows it. Angles change by half a radian at most.
     """
     q, last, scales = q.copy(), math.inf, np.where(np.arange(q.size) % PER_BODY == ANGLE, 1.0, size)
     for _ in range(_ITERATIONS):
         joints = constraints(system, np.zeros(1), q[:, None], 0.0 * q[:, None])
-        gaps = np.append(joints.gaps[:, 0] - offsets, q[[*chosen]] - [*chosen.values()])
+        gaps = np.append(joints.gaps[:, 0] - offsets, q[[*targets]] - [*targets.values()])
         largest = float(np.abs(gaps).max(initial=0.0))
         if not largest < 0.5 * last and largest <= 1e-12 * size:  # as exact as rounding permits
             return q
         last = largest
-        rows = np.vstack([scaled(joints, 0, q.size, 1.0), np.eye(q.size)[[*chosen]]]) * scales
+        rows = np.vstack([jacobian(joints, 0, q.size, 1.0), np.eye(q.size)[[*targets]]]) * scales
         change = np.linalg.lstsq(rows, -gaps, rcond=None)[0]
         q += scales * change / max(1.0, 2.0 * float(np.abs(change[ANGLE::PER_BODY]).max()))
     return None
@@ -284,13 +284,13 @@ def _newton(system: System, q: Array, offsets: Array, chosen: dict[int, float], 
 
 def _settings(scene: Mapping[str, Any], system: System, size: float) -> Settings:
     """Choose the settings of a run; at equal steps the trapezoidal rule errs half as much as the other."""
-    usual = {"formulation": "full", "method": "trapezoidal-index2", "tolerance": 1e-7}
+    defaults = {"formulation": "full", "method": "trapezoidal-index2", "tolerance": 1e-7}
     journals, flights = bool(system.journals), bool(system.contacts)
-    chosen = usual | {key: value for key, value in scene["solver"]["exudyn"].items() if value != "auto"}
+    solver = defaults | {key: value for key, value in scene["solver"]["exudyn"].items() if value != "auto"}
     output, drive = scene["output"], system.drive
-    for key, known in (("formulation", ["full"]), ("method", METHODS["full"])):
-        if chosen[key] not in known:
-            raise ValueError(f"solver.exudyn.{key} = {chosen[key]!r} is the press's; use {usual[key]!r}")
+    for key, options in (("formulation", ["full"]), ("method", METHODS["full"])):
+        if solver[key] not in options:
+            raise ValueError(f"solver.exudyn.{key} = {solver[key]!r} is the press's; use {defaults[key]!r}")
     if isinstance(drive, Drive):
         period, per_period = 2.0 * math.pi / abs(drive.omega), output.get("samples_per_cycle", 1000)
         samples, step = round(scene["drive"].get("cycles", 1) * per_period), period / _STEPS_IN_CYCLE
@@ -299,7 +299,7 @@ def _settings(scene: Mapping[str, Any], system: System, size: float) -> Settings
         per_period, step = samples, period / _STEPS_IN_RUN
     if flights:  # steps in contacts
         step = min(step, USUAL["full"]["step"])
-    ticks = max(1, math.ceil(period / per_period / chosen.get("step", step) * (1 - 1e-12)))
+    ticks = max(1, math.ceil(period / per_period / solver.get("step", step) * (1 - 1e-12)))
     tick = period / per_period / ticks
     # A measure of the forces, of which the round-off limits Newton's method
     spin = max(abs(body.velocity[ANGLE]) for body in system.bodies)
@@ -307,11 +307,11 @@ def _settings(scene: Mapping[str, Any], system: System, size: float) -> Settings
     force += math.fsum(spring.stiffness * max(spring.length, size) for spring in system.springs)
     force += float(np.abs(drive.table[:, 1]).max()) / size if isinstance(drive, Torque) else 0.0
     # Rows in m/s, whose error over the step is one of accelerations: 1e-5 m/s^2, and in contacts 5e-5 m/s^2
-    per_step = tick / (2e-3 if flights else 0.01) if chosen["method"] == usual["method"] else 1.0
+    per_step = tick / (2e-3 if flights else 0.01) if solver["method"] == defaults["method"] else 1.0
     # In some contacts a journal's stiffness times a coordinate rounds to 1e-9 N, spread over all rows
     least = max(ROUND_OFF * force, 2e-10 if journals else 0.0)
     return Settings(
-        method=chosen["method"],
+        method=solver["method"],
         sample_interval=period / per_period,
         samples=samples,
         period=period,
@@ -319,7 +319,7 @@ def _settings(scene: Mapping[str, Any], system: System, size: float) -> Settings
         per_sample=ticks,
         per_state=ticks,
         fixed=not flights,
-        tolerance=max(float(chosen["tolerance"]) * per_step, least),
+        tolerance=max(float(solver["tolerance"]) * per_step, least),
         jacobian_uses=8 if journals else 2 if flights else 3,
         differentiation_step=1e-7,
     )

@@ -107,9 +107,9 @@ class BodiesRecorder(Recorder):
             element.start()
 
     def accept(self) -> float:
-        """Take the next state; return how many ticks the next step may take."""
+        """Take the next state; return the most ticks of the next step."""
         choice = self._choice
-        time, longest = choice.time, choice.allowed
+        time, longest = choice.time, choice.limit
         for element in self._model.elements:
             longest = element.follow(time, longest)
         self._log_state()
@@ -141,8 +141,8 @@ class BodiesRecorder(Recorder):
         (times, ticks), q, v, multipliers, numbers = log[:5]
         numbers = numbers.reshape(-1, len(FIELDS), len(times))
         memory = {name: numbers[:, k] for k, name in enumerate(FIELDS)}
-        required = np.flatnonzero(ticks % self._settings.per_state == 0)
-        values = self._values(times, q, v, multipliers, memory, log[5:], required)
+        instants = np.flatnonzero(ticks % self._settings.per_state == 0)
+        values = self._values(times, q, v, multipliers, memory, log[5:], instants)
         self.extrema.take(times[new:], values[:, new:])
         self._take_turning_points(times, ticks, values)
         self._take_contacts(times, memory, new)
@@ -164,7 +164,7 @@ class BodiesRecorder(Recorder):
         multipliers: Array,
         memory: Memory,
         loads: list[Array],
-        required: NDArray[Any],
+        instants: NDArray[Any],
     ) -> Array:
         """Return all channels, shape (channels, n)."""
         system, elements = self._model.system, self._model.elements
@@ -172,12 +172,12 @@ class BodiesRecorder(Recorder):
         force[Y::PER_BODY] = -system.gravity * system.masses[Y::PER_BODY, None]
         load_energy = self._add_loads(force, q, loads)
         joints = constraints(system, times, q, v)
-        self._take_drift(times, required, joints)
+        self._take_drift(times, instants, joints)
         acceleration, _ = accelerations(system, joints, force)
         values = np.empty((len(self.channels), len(times)))
-        own = slice(PER_BODY * system.observed, PER_BODY * (system.observed + 1))
-        values[MOTION][:PER_BODY], values[MOTION][PER_BODY:] = q[own] + system.reference[own, None], v[own]
-        values[ACCELERATION] = acceleration[own]
+        part = slice(PER_BODY * system.observed, PER_BODY * (system.observed + 1))
+        values[MOTION][:PER_BODY], values[MOTION][PER_BODY:] = q[part] + system.reference[part, None], v[part]
+        values[ACCELERATION] = acceleration[part]
         end = CONTACT + PER_CONTACT * len(memory["gap"])
         for k, name in enumerate(("gap", "normal", "friction")):
             values[CONTACT + k : end : PER_CONTACT] = memory[name]
@@ -195,9 +195,9 @@ class BodiesRecorder(Recorder):
         """Add contacts and workpiece to the forces; return the workpiece's energy (J), if there is one."""
         system = self._model.system
         for element, load in zip(self._model.elements, loads, strict=True):
-            for body, of_body in zip(element.bodies, (load[:PER_BODY], load[PER_BODY:]), strict=True):
+            for body, body_load in zip(element.bodies, (load[:PER_BODY], load[PER_BODY:]), strict=True):
                 if body != FRAME:
-                    force[PER_BODY * body : PER_BODY * (body + 1)] += of_body
+                    force[PER_BODY * body : PER_BODY * (body + 1)] += body_load
         if system.load is None:
             return []
         y = PER_BODY * system.observed + Y
@@ -205,12 +205,12 @@ class BodiesRecorder(Recorder):
         force[y] += push
         return [energy]
 
-    def _take_drift(self, times: Array, required: NDArray[Any], joints: Constraints) -> None:
+    def _take_drift(self, times: Array, instants: NDArray[Any], joints: Constraints) -> None:
         """Update the largest violation of the constraints, in the required states."""
         for name, violations in zip(CONSTRAINTS, (joints.gaps, joints.rates), strict=True):
             amounts = np.abs(violations).max(axis=0, initial=0.0)
-            if len(required):
-                most = required[np.argmax(amounts[required])]  # the first that is not a number, if one is not
+            if len(instants):
+                most = instants[np.argmax(amounts[instants])]  # the first that is not a number, if one is not
                 if not amounts[most] <= self.drift[name][0]:
                     self.drift[name] = float(amounts[most]), float(times[most])
 
@@ -232,11 +232,11 @@ class BodiesRecorder(Recorder):
         return np.array([works[0], gravity, kinetic, *energies, works[1], works[2], residual])
 
     def _audit(
-        self, times: Array, q: Array, v: Array, powers: Array, stored: Any
+        self, times: Array, q: Array, v: Array, powers: Array, potential: Any
     ) -> tuple[Array, Array, Array, Array]:
         """Return works of powers (the first drives) and gravity, kinetic energy, residual.
 
-        All in J, like the ``stored`` energy.
+        All in J, like the ``potential`` energy.
         """
         system = self._model.system
         works = np.zeros_like(powers)
@@ -247,22 +247,22 @@ class BodiesRecorder(Recorder):
         heights = q[Y::PER_BODY] + system.reference[Y::PER_BODY, None]
         height = system.gravity * system.masses[Y::PER_BODY] @ heights
         if times[0] == 0.0:
-            self._initial = float(height[0]), float(kinetic[0] + stored[0])
+            self._initial = float(height[0]), float(kinetic[0] + potential[0])
         gravity = self._initial[0] - height
-        residual = works[0] + gravity - (kinetic + stored - self._initial[1])
-        for dissipated in works[1:]:
-            residual = residual - dissipated
+        residual = works[0] + gravity - (kinetic + potential - self._initial[1])
+        for loss in works[1:]:
+            residual = residual - loss
         return works, gravity, kinetic, residual
 
     def _take_turning_points(self, times: Array, ticks: Array, values: Array) -> None:
         """Take the extrema of the observed motion inside steps longer than a tick."""
-        long = np.flatnonzero(np.diff(ticks) > 1.0)
-        if len(long):
+        long_steps = np.flatnonzero(np.diff(ticks) > 1.0)
+        if len(long_steps):
             motion, rates = values[self._moving], values[self._moving + TO_RATE]
-            step, after = times[long + 1] - times[long], long + 1
-            ends = motion[:, long], rates[:, long], motion[:, after], rates[:, after]
-            fraction, turning = turning_points(*ends, step)
-            self.extrema.take_inside(self._moving, times[long] + fraction * step, turning)
+            step, after = times[long_steps + 1] - times[long_steps], long_steps + 1
+            ends = motion[:, long_steps], rates[:, long_steps], motion[:, after], rates[:, after]
+            fraction, extremes = turning_points(*ends, step)
+            self.extrema.take_inside(self._moving, times[long_steps] + fraction * step, extremes)
 
     def _take_contacts(self, times: Array, memory: Memory, new: int) -> None:
         """Take pulses, peaks and depths of the contacts, and impulses by the trapezoidal rule."""
@@ -278,15 +278,15 @@ class BodiesRecorder(Recorder):
                     depth = np.maximum(depth, -memory["gap"][row + UPPER])
                 closed = contact[0] > 0.0
                 self.contacts.take_pulse(row, times[after][closed[after]], normal[after][closed[after]])
-                over = closed[before] & ~closed[after]
-                contact = np.where(over, contact[:, before], contact[:, after])
-                ends = np.where(over, memory["end"][row][after], np.inf)
+                openings = closed[before] & ~closed[after]
+                contact = np.where(openings, contact[:, before], contact[:, after])
+                ends = np.where(openings, memory["end"][row][after], np.inf)
                 start = np.maximum(contact[1], times[before])
                 first = np.where(contact[1] <= times[before], normal[before], 0.0)
                 impulse = 0.5 * (first + normal[after]) * (np.minimum(ends, times[after]) - start)
-                taken = contact[0] > 0.0
+                active = contact[0] > 0.0
                 increments = ends, impulse, normal[after], depth[after]
-                self.contacts.take(row, contact[:, taken], *(one[taken] for one in increments))
+                self.contacts.take(row, contact[:, active], *(one[active] for one in increments))
 
     def _take_samples(self, times: Array, ticks: Array, values: Array) -> None:
         """Take the samples up to the last state; those between two states are interpolated.
@@ -311,15 +311,15 @@ class BodiesRecorder(Recorder):
         samples: Array = r * before + s * after
         rates = slice(MOTION.start + TO_RATE, MOTION.stop + TO_RATE)
         change = after[MOTION] - before[MOTION]
-        leaves, arrives = step * before[rates] - change, change - step * after[rates]
-        samples[MOTION] += s * r * (r * leaves + s * arrives)
+        slope0, slope1 = step * before[rates] - change, change - step * after[rates]
+        samples[MOTION] += s * r * (r * slope0 + s * slope1)
         system = self._model.system
         for element in self._model.elements:
             if isinstance(element, SliderElement) and element.bodies[0] == system.observed:
                 first = PER_BODY * system.observed
                 q = np.zeros((PER_BODY * len(system.bodies), samples.shape[1]))
-                own = slice(first, first + PER_BODY)
-                q[own] = samples[MOTION][:PER_BODY] - system.reference[own, None]
+                part = slice(first, first + PER_BODY)
+                q[part] = samples[MOTION][:PER_BODY] - system.reference[part, None]
                 start, stop = element.rows.start, element.rows.stop
                 rows = slice(CONTACT + PER_CONTACT * start, CONTACT + PER_CONTACT * stop)
                 forces = samples[rows].reshape(CORNER_COUNT, PER_CONTACT, -1)
@@ -328,5 +328,5 @@ class BodiesRecorder(Recorder):
         return samples
 
     def is_finite(self) -> bool:
-        """Whether the last accepted state holds no infinity and no NaN."""
+        """Return whether the last accepted state holds neither infinity nor NaN."""
         return bool(np.all(np.isfinite(self._log[max(self._count - 1, 0)])))

@@ -61,10 +61,10 @@ class Settings:
     sample_interval: float  # s
     samples: int  # Number of samples besides the one at t = 0
     period: float  # Crank cycle, by which extrema are kept, s
-    energy: bool  # Whether the energies are recorded
+    energy: bool  # The energies are recorded
     per_sample: int  # Ticks in a sample interval; a tick is the step in a contact
     per_state: int  # Ticks between required states
-    fixed: bool  # Whether all steps are one tick: nothing has clearance
+    fixed: bool  # All steps are one tick: nothing has clearance
     tolerance: float  # Absolute tolerance of the Newton iteration, in N and m alike (index 2: and m/s)
     jacobian_uses: int  # Iterations of a step with an old Jacobian, after which each computes a new one
     # Step of Exudyn's numerical Jacobian, relative to a coordinate of at least 1e-2 m or rad
@@ -82,7 +82,7 @@ class Settings:
 
     @property
     def index2(self) -> bool:
-        """Whether constraints are enforced at velocity level."""
+        """True if constraints are enforced at velocity level."""
         return self.method == "trapezoidal-index2"
 
 
@@ -127,8 +127,8 @@ def _ticks_between_states(parameters: Parameters, per_sample: int) -> int:
     """
     if not 1 < per_sample < _LONG_INTERVAL or parameters.integration.method != "generalized-alpha":
         return per_sample
-    in_a_thousandth = max(1, parameters.integration.samples_per_cycle // 1000)
-    return per_sample * math.gcd(in_a_thousandth, parameters.samples)
+    samples = max(1, parameters.integration.samples_per_cycle // 1000)
+    return per_sample * math.gcd(samples, parameters.samples)
 
 
 def _newton_tolerance(parameters: Parameters, step: float) -> float:
@@ -234,28 +234,28 @@ class StepChoice:
         self._step, self._contacts, self._touched = model.step, model.contacts, False
 
     @property
-    def allowed(self) -> float:
+    def limit(self) -> float:
         """Largest number of ticks of the next step before the contacts limit it."""
         if not self._touched:
             self._touched = bool(self._contacts["closed"].any())
         longest = self._longest if self._touched else min(self._longest, LONGEST_BEFORE_CONTACT)
         return min(_GROWTH * self.ticks, longest)
 
-    def choose(self, wanted: float) -> None:
-        """Choose the step after an accepted one: at most ``wanted`` ticks, at least one."""
+    def choose(self, ticks: float) -> None:
+        """Choose the step after an accepted one: at most so many ``ticks``, at least one."""
         self.longest_taken = max(self.longest_taken, self.ticks)
         if self.end_tick % 1.0:
             self._take(min(2.0 * self.ticks, 1.0 - self.end_tick % 1.0))
         else:
             # Equal parts up to the next required state
-            left = self._per_state - self.end_tick % self._per_state
-            self._take(-(-left // -(-left // max(wanted // 1.0, 1.0))))
+            remaining = self._per_state - self.end_tick % self._per_state
+            self._take(-(-remaining // -(-remaining // max(ticks // 1.0, 1.0))))
 
     def shorten(self, fraction: float) -> None:
         """Replace the step by one that covers less than ``fraction`` of it; one of a tick or less by half."""
         self.end_tick -= self.ticks
-        covered = FORESEEN_SHARE * fraction * self.ticks // 1.0
-        self._take(max(1.0, covered) if self.ticks > 1.0 else 0.5 * self.ticks)
+        span = FORESEEN_SHARE * fraction * self.ticks // 1.0
+        self._take(max(1.0, span) if self.ticks > 1.0 else 0.5 * self.ticks)
 
     def _take(self, ticks: float) -> None:
         self.end_tick += ticks

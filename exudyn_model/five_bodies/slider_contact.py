@@ -50,7 +50,7 @@ Turn = tuple[float, float]
 def side_change(
     low: Memory, up: Memory, lower: CornerMotion, upper: CornerMotion, step: float, law: Law
 ) -> tuple[int, float, float]:
-    """Return which corner of an open side touches first in a step, or which of a closed side leaves last.
+    """Return the corner of an open side that touches first in a step, or of a closed side that leaves last.
 
     At the step's end at least one corner of an open side is inside the wall, and none of a closed side. Two
     corners that touch at once, within the rounding of gaps, count as the lower one at the faster's speed.
@@ -62,28 +62,28 @@ def side_change(
     fraction, speed : float
         Fraction of the step at which it does so; impact speed, m/s.
     """
-    first, first_at, first_speed, leaves = 0, 0.0, 0.0, low.impact_speed > 0.0
+    first, first_fraction, first_speed, leaves = 0, 0.0, 0.0, low.impact_speed > 0.0
     for end in range(2):
         corner, contact = (lower, low) if end == 0 else (upper, up)
         if (corner.gap < 0.0) == (contact.closed > 0.0):
             continue
-        at, speed = touch(contact, corner.gap, corner.rate, step, law)
-        lead = (first_at - at) * step
-        if first_speed == 0.0 or (at > first_at if leaves else lead * speed > ROUNDED):
-            first, first_at, first_speed = end, at, speed
+        fraction, speed = touch(contact, corner.gap, corner.rate, step, law)
+        lead = (first_fraction - fraction) * step
+        if first_speed == 0.0 or (fraction > first_fraction if leaves else lead * speed > ROUNDED):
+            first, first_fraction, first_speed = end, fraction, speed
         elif -lead * first_speed <= ROUNDED:
             first_speed = max(first_speed, speed)
-    return first, first_at, first_speed
+    return first, first_fraction, first_speed
 
 
 @kernel
-def in_guide(apart: Four, turned: Turn, on: Turn, law: Law) -> tuple[GuideMotion, tuple[float, float]]:
+def in_guide(offset: Four, turn: Turn, guide_turn: Turn, law: Law) -> tuple[GuideMotion, tuple[float, float]]:
     """Return the slider's motion in its guide's frame, and the unit vector across the guide.
 
     Parameters
     ----------
     apart : tuple
-        What ``contact.relative`` returns.
+        Result of ``contact.relative``.
     turned, on : tuple
         Angle (rad) and angular speed (rad/s) of the slider and of the guide's body.
     law : Law
@@ -94,7 +94,7 @@ def in_guide(apart: Four, turned: Turn, on: Turn, law: Law) -> tuple[GuideMotion
         x (across the guide, m), angle, vx, vy, omega.
     across : tuple
     """
-    (x, y, vx, vy), (angle, omega), (on_angle, on_omega) = apart, turned, on
+    (x, y, vx, vy), (angle, omega), (on_angle, on_omega) = offset, turn, guide_turn
     cosine, sine = np.cos(on_angle), np.sin(on_angle)
     cx = cosine * law.across_x - sine * law.across_y
     cy = sine * law.across_x + cosine * law.across_y
@@ -106,7 +106,7 @@ def in_guide(apart: Four, turned: Turn, on: Turn, law: Law) -> tuple[GuideMotion
 
 @kernel
 def guide_motion(q: Pair, v: Pair, guide: Partners) -> tuple[GuideMotion, tuple[float, float]]:
-    """Return what :func:`in_guide` does, from the motions of slider and guide."""
+    """Return the results of :func:`in_guide` from the motions of slider and guide."""
     (q1, q2), (v1, v2) = q, v
     return in_guide(relative(q, v, guide), (q1[ANGLE], v1[ANGLE]), (q2[ANGLE], v2[ANGLE]), guide.law)
 
@@ -127,8 +127,8 @@ def slider_force(q: Any, v: Any, arrays: ContactArrays) -> Six:
     ``q`` and ``v`` are of the slider, then of the guide's body; of the slider alone if that is the frame.
     """
     step, guide, contacts = arrays.step[0], arrays.partners[0], arrays.contacts
-    own = q[:3], (q + AT_REST)[3:6]
-    motion, across = guide_motion(own, (v[:3], (v + AT_REST)[3:6]), guide)
+    pair = q[:3], (q + AT_REST)[3:6]
+    motion, across = guide_motion(pair, (v[:3], (v + AT_REST)[3:6]), guide)
     law = guide.law
     fx, fy, moment = 0.0, 0.0, 0.0
     for side in range(2):
@@ -146,7 +146,7 @@ def slider_force(q: Any, v: Any, arrays: ContactArrays) -> Six:
             forces = side_forces(lower, upper, lower_speed, upper_speed, law)
             load = side_load(side, forces, lower, upper)
             fx, fy, moment = fx + load[0], fy + load[1], moment + load[2]
-    return guide_loads((fx, fy, moment), across, own, guide)
+    return guide_loads((fx, fy, moment), across, pair, guide)
 
 
 @kernel
@@ -168,8 +168,8 @@ def update_side(
     if time > 0.0 and law.shared > 0.0:
         is_open = lower.gap >= 0.0 and upper.gap >= 0.0
         if (low.impact_speed > 0.0) == is_open:
-            end, at, speed = side_change(low, up, lower, upper, step, law)
-            now = time - (1.0 - at) * step
+            end, fraction, speed = side_change(low, up, lower, upper, step, law)
+            now = time - (1.0 - fraction) * step
             if is_open:
                 low.impact_speed, low.end = 0.0, now
             else:
@@ -196,17 +196,17 @@ def follow_slider(
     and ``load`` of the arrays are updated.
     """
     step, guide, contacts, load = arrays.step[0], arrays.partners[0], arrays.contacts, arrays.load
-    own = of_bodies(q, guide)
-    motion, across = guide_motion(own, of_bodies(v, guide), guide)
+    pair = of_bodies(q, guide)
+    motion, across = guide_motion(pair, of_bodies(v, guide), guide)
     law = guide.law
     x, y, moment = 0.0, 0.0, 0.0
     for side in range(2):
         lower, upper = corner_motion(side, *motion, law), corner_motion(side + UPPER, *motion, law)
         low, up = contacts[side], contacts[side + UPPER]
         forces = update_side(time, step.length, first + side, lower, upper, low, up, law)
-        of_side = side_load(side, forces, lower, upper)
-        x, y, moment = x + of_side[0], y + of_side[1], moment + of_side[2]
-    load[:] = guide_loads((x, y, moment), across, own, guide)
+        part = side_load(side, forces, lower, upper)
+        x, y, moment = x + part[0], y + part[1], moment + part[2]
+    load[:] = guide_loads((x, y, moment), across, pair, guide)
     for number in range(CORNER_COUNT):
         longest = min(longest, allowed_ticks(time, step, contacts[number], arrays.last[number], law))
     return longest

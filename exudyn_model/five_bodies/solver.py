@@ -30,15 +30,15 @@ def run_five_bodies(parameters: Parameters, progress: Report | None) -> Run:
     settings = choose_settings(parameters)
     system = press_system(parameters, assemble(parameters))
     recorder, choice, outcome = run_system(system, settings, progress)
-    used: dict[str, Any] = {
+    step_settings: dict[str, Any] = {
         "step_used": settings.tick,
         "longest_step": choice.longest_taken * settings.tick,
         "steps_per_sample": settings.per_sample,
         "newton_tolerance": settings.tolerance,
     }
     if not settings.index2:
-        used["spectral_radius"] = SPECTRAL_RADIUS
-    return Run("five bodies", used, recorder, outcome, recorder.drift)
+        step_settings["spectral_radius"] = SPECTRAL_RADIUS
+    return Run("five bodies", step_settings, recorder, outcome, recorder.drift)
 
 
 def run_system(
@@ -71,8 +71,8 @@ class Solution:
     choice: StepChoice
     recorder: BodiesRecorder
     progress: Progress
-    accepted: bool = True  # Whether Newton's method has converged in the present step
-    iterate_again: bool = False  # Whether Newton's method has to start the step once more
+    accepted: bool = True  # Newton's method has converged in the present step
+    iterate_again: bool = False  # Newton's method has to start the step once more
     fraction: float = 0.0  # Of the step, after which a contact begins or ends; 0: Newton's method failed
     rejected: int = 0
     dynamic: Any = None  # Exudyn's solver
@@ -125,12 +125,12 @@ class Solution:
         if self.dynamic is None:
             self._begin()
         choice = self.choice
-        before = choice.ticks
+        ticks = choice.ticks
         choice.choose(self.recorder.accept())
         self.progress(choice.time)
         if not self.settings.fixed:
             self.accepted = False
-            if choice.ticks != before:
+            if choice.ticks != ticks:
                 self._set_step()
         return True
 
@@ -181,8 +181,8 @@ class Solution:
     def _after_newton(self, mbs: Any, t: float) -> list[float]:
         """Exudyn's post-Newton function: return [error, step]; an error above 1 rejects."""
         del mbs, t
-        settled = [element.settled() for element in self.journals]  # each takes its next piece
-        if not all(settled):
+        fits = [element.settled() for element in self.journals]  # each takes its next piece
+        if not all(fits):
             return [2.0, -1.0]
         if self.iterate_again:
             self.iterate_again = False

@@ -284,22 +284,22 @@ def build(system: System, step: float) -> Model:
     for pin in system.pins:
         markers = [add_marker(MarkerBodyPosition, *end) for end in ends(pin)]
         mbs.AddObject(ObjectJointRevolute2D(name=pin.name, markerNumbers=markers))
-    fixed = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=ground_node, coordinate=0))
+    ground_marker = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=ground_node, coordinate=0))
     for number, (coordinate, value, rate) in enumerate(system.prescribed):
         body_number, axis = divmod(coordinate, PER_BODY)
         marker = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=nodes[body_number], coordinate=axis))
         is_drive = number == 0 and isinstance(system.drive, Drive)
         offset = rate if is_drive else value - system.reference[coordinate]
         mbs.AddObject(
-            CoordinateConstraint(markerNumbers=[fixed, marker], offset=offset, velocityLevel=is_drive)
+            CoordinateConstraint(markerNumbers=[ground_marker, marker], offset=offset, velocityLevel=is_drive)
         )
     for guide in system.turned_guides:
-        line, own = guide.direction, guide.direction - guide.angle
+        line, body_line = guide.direction, guide.direction - guide.angle
         sides = (guide.body, (0.0, 0.0)), (guide.on, guide.point)
         mbs.AddObject(
             ObjectJointPrismatic2D(
                 markerNumbers=[add_marker(MarkerBodyRigid, *side) for side in sides],
-                axisMarker0=[math.cos(own), math.sin(own), 0.0],
+                axisMarker0=[math.cos(body_line), math.sin(body_line), 0.0],
                 normalMarker1=[-math.sin(line), math.cos(line), 0.0],
             )
         )
@@ -316,8 +316,8 @@ def build(system: System, step: float) -> Model:
         marker = add_marker(MarkerBodyRigid, system.drive.body, (0.0, 0.0))
         torque = [0.0, 0.0, float(system.drive.table[0, 1])]
         mbs.AddLoad(LoadTorqueVector(markerNumber=marker, loadVector=torque))
-    contacts, current = new_contacts(len(system.contact_names)), np.array([(step, step)], STEP)
-    elements = _elements(system, contacts, current)
+    contacts, step_array = new_contacts(len(system.contact_names)), np.array([(step, step)], STEP)
+    elements = _elements(system, contacts, step_array)
     workpiece = workpiece_array(system.load)
     forces: list[tuple[tuple[int, ...], ForceUserFunction]] = [(one.bodies, one.force) for one in elements]
     if system.load is not None:
@@ -333,7 +333,7 @@ def build(system: System, step: float) -> Model:
             )
         )
     mbs.Assemble()
-    return Model(mbs, container, system, elements, contacts, current, workpiece)
+    return Model(mbs, container, system, elements, contacts, step_array, workpiece)
 
 
 @entry

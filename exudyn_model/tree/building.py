@@ -124,15 +124,15 @@ def build_tree(parameters: Parameters, state: InitialState) -> Tree:
     """Build the tree of a scene at ``state``."""
     mechanism, guide, journal = parameters.mechanism, parameters.guide, parameters.journal
     rod4, slider = mechanism.rod4, mechanism.slider
-    ideal = Law(*(0.0,) * len(Law._fields))
+    no_law = Law(*(0.0,) * len(Law._fields))
     press = Press(
         mechanism,
         rod4.mass * rod4.centroid + slider.mass * rod4.length,
         rod4.inertia + rod4.mass * rod4.centroid**2 + slider.mass * rod4.length**2,
         guide is not None,
         journal is not None,
-        guide or ideal,
-        journal or ideal,
+        guide or no_law,
+        journal or no_law,
     )
     container = exu.SystemContainer()
     mbs = container.AddSystem()
@@ -194,8 +194,8 @@ def _add_chain(tree: Tree, state: InitialState) -> None:
 
     def from_parents(values: Array) -> list[float]:
         """Return the links' angles or rates, each less that of its parent."""
-        own = values[bodies]
-        return [float(one - (own[a] if a >= 0 else 0.0)) for one, a in zip(own, parents, strict=True)]
+        motions = values[bodies]
+        return [float(one - (motions[a] if a >= 0 else 0.0)) for one, a in zip(motions, parents, strict=True)]
 
     node = mbs.AddNode(
         NodeGenericODE2(

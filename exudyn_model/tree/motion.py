@@ -332,23 +332,23 @@ def journal_distance(
 
 
 @kernel
-def interpolate(start: Any, end: Any, fraction: float, here: Any) -> None:
-    """Fill time, angles and rates of ``here`` at a fraction of a step, by quintic Hermite polynomials.
+def interpolate(start: Any, end: Any, fraction: float, state: Any) -> None:
+    """Fill time, angles and rates of ``state`` at a fraction of a step, by quintic Hermite polynomials.
 
-    ``start``, ``end`` and ``here`` are of ``END``.
+    ``start``, ``end`` and ``state`` are of ``END``.
     """
     step, square, rest = end.time - start.time, fraction * fraction, 1.0 - fraction
-    here.time = start.time + fraction * step
+    state.time = start.time + fraction * step
     blend = square * fraction * (10.0 + fraction * (6.0 * fraction - 15.0))
     for k in range(len(start.angle)):
         v0, v1 = start.rate[k], end.rate[k]
         # Cubic polynomial of the rate, by rates and second derivatives; the rise beyond its integral
         slope0, slope1 = step * start.second[k], step * end.second[k]
         c2, c3 = 3.0 * (v1 - v0) - 2.0 * slope0 - slope1, 2.0 * (v0 - v1) + slope0 + slope1
-        missing = end.angle[k] - start.angle[k] - step * (0.5 * (v0 + v1) + (slope0 - slope1) / 12.0)
+        remainder = end.angle[k] - start.angle[k] - step * (0.5 * (v0 + v1) + (slope0 - slope1) / 12.0)
         integral = fraction * (v0 + fraction * (0.5 * slope0 + fraction * (c2 / 3.0 + 0.25 * fraction * c3)))
-        here.angle[k] = start.angle[k] + step * integral + missing * blend
-        here.rate[k] = v0 + fraction * (slope0 + fraction * (c2 + fraction * c3))
+        state.angle[k] = start.angle[k] + step * integral + remainder * blend
+        state.rate[k] = v0 + fraction * (slope0 + fraction * (c2 + fraction * c3))
         # Round-off of the angles is no rate: in a step of 1e-7 s it would be one of 1e-8 rad/s
-        if abs(missing) > 4e-15:
-            here.rate[k] += 30.0 * square * rest * rest * missing / step
+        if abs(remainder) > 4e-15:
+            state.rate[k] += 30.0 * square * rest * rest * remainder / step

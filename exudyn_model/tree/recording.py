@@ -35,10 +35,10 @@ def _largest(values: Array) -> Array:
     """Return the largest value within each step, by parabolas through three of its points, shape (n,)."""
     largest: Array = values.max(axis=1)
     for middle in (1, 2, 3):
-        before, here, after = values[:, middle - 1], values[:, middle], values[:, middle + 1]
-        rise, bend = 0.5 * (after - before), before - 2.0 * here + after
-        tops = np.abs(rise) < -bend
-        largest[tops] = np.maximum(largest[tops], here[tops] - 0.5 * rise[tops] ** 2 / bend[tops])
+        before, centre, after = values[:, middle - 1], values[:, middle], values[:, middle + 1]
+        rise, curvature = 0.5 * (after - before), before - 2.0 * centre + after
+        tops = np.abs(rise) < -curvature
+        largest[tops] = np.maximum(largest[tops], centre[tops] - 0.5 * rise[tops] ** 2 / curvature[tops])
     return largest
 
 
@@ -89,12 +89,12 @@ class TreeRecorder(Recorder):
         if contacts["closed"].any():
             return
         contacts["rate"] = rates
-        touching = (gaps < -ROUNDED) | ((gaps <= ROUNDED) & (rates < -ROUNDED_SPEED))
+        closed = (gaps < -ROUNDED) | ((gaps <= ROUNDED) & (rates < -ROUNDED_SPEED))
         if tree.press.has_guide:
             corners = [CornerMotion(gaps[k], rates[k], 0.0, 0.0, 0.0) for k in range(CORNER_COUNT)]
             for side in range(UPPER):
                 start_side(side, corners[side], corners[side + UPPER], contacts, tree.press.guide)
-            contacts["closed"][:CORNER_COUNT] = touching[:CORNER_COUNT]
+            contacts["closed"][:CORNER_COUNT] = closed[:CORNER_COUNT]
 
     def judge_step(self, time: float, q: Array, v: Array) -> float:
         """Accept the step to a state, or return a fraction below 1 or nan: see ``steps.judge_step``.
@@ -150,14 +150,14 @@ class TreeRecorder(Recorder):
 
     def _at_points(self, count: int) -> Array:
         """Return all values at ``_POINTS`` of each step, shape (``WIDTH``, steps times points)."""
-        later, points = len(_POINTS) - 1, np.empty((WIDTH, count, len(_POINTS)))
-        inner = self._values(np.repeat(np.arange(count), later), np.tile(_POINTS[1:], count))
-        points[..., 1:] = inner.reshape(WIDTH, count, later)
+        n_later, points = len(_POINTS) - 1, np.empty((WIDTH, count, len(_POINTS)))
+        inner = self._values(np.repeat(np.arange(count), n_later), np.tile(_POINTS[1:], count))
+        points[..., 1:] = inner.reshape(WIDTH, count, n_later)
         # A step starts in the state that ends the one before, unless a contact begins or ends in between
         points[:, 1:, 0] = points[:, :-1, -1]
         speeds = self._log["impact_speed"][:count]
-        switched = np.append(0, np.flatnonzero((speeds[1:] != speeds[:-1]).any(axis=1)) + 1)
-        points[:, switched, 0] = self._values(switched, np.zeros(len(switched)))
+        switches = np.append(0, np.flatnonzero((speeds[1:] != speeds[:-1]).any(axis=1)) + 1)
+        points[:, switches, 0] = self._values(switches, np.zeros(len(switches)))
         return points.reshape(WIDTH, -1)
 
     def _values(self, number: NDArray[np.int64], fraction: Array) -> Array:
@@ -171,18 +171,18 @@ class TreeRecorder(Recorder):
         smooth = values[_SMOOTH]
         motion, interval = smooth.reshape(len(smooth), len(steps), len(_POINTS)), 0.25 * steps
         for middle in (1, 3):
-            before, here, after = motion[..., middle - 1], motion[..., middle], motion[..., middle + 1]
-            rise, bend = 0.5 * (after - before), after - 2.0 * here + before
+            before, centre, after = motion[..., middle - 1], motion[..., middle], motion[..., middle + 1]
+            rise, curvature = 0.5 * (after - before), after - 2.0 * centre + before
             with np.errstate(divide="ignore", invalid="ignore"):
-                shift = np.where(np.abs(rise) < np.abs(bend), rise / bend, np.inf)
-                vertices = here - 0.5 * shift * rise
+                shift = np.where(np.abs(rise) < np.abs(curvature), rise / curvature, np.inf)
+                vertices = centre - 0.5 * shift * rise
                 self.extrema.take_inside(_SMOOTH, starts + (middle - shift) * interval, vertices)
 
     def _take_contacts(self, starts: Array, steps: Array, values: Array, memory: Array) -> None:
         """Take pulses, peaks and depths of the contacts, and impulses by Simpson's rule."""
         count, points, contacts = len(starts), len(_POINTS), _contacts(values)
         for row in range(CONTACTS):
-            begun = memory[row, 1]
+            contact_starts = memory[row, 1]
             closed = memory[row, 0] > 0.0
             if not closed.any():
                 continue
@@ -192,14 +192,14 @@ class TreeRecorder(Recorder):
                 normal, depth = normal + other[1], np.maximum(depth, -other[0])
             normal, depth = normal.reshape(count, points), depth.reshape(count, points)
             impulse = steps * (normal @ _SIMPSON)
-            own = memory[row, 3], impulse, _largest(normal), _largest(depth)
-            self.contacts.take(row, memory[row, :3, closed].T, *(one[closed] for one in own))
-            chosen = np.zeros((count, points), dtype=bool)
-            chosen[:, -1] = closed
-            chosen[:, 1:-1] = (closed & (starts - begun < _SHORT_CONTACT * steps))[:, None]
-            chosen[:, 0] = closed & (begun == starts)
+            increments = memory[row, 3], impulse, _largest(normal), _largest(depth)
+            self.contacts.take(row, memory[row, :3, closed].T, *(one[closed] for one in increments))
+            mask = np.zeros((count, points), dtype=bool)
+            mask[:, -1] = closed
+            mask[:, 1:-1] = (closed & (starts - contact_starts < _SHORT_CONTACT * steps))[:, None]
+            mask[:, 0] = closed & (contact_starts == starts)
             times = starts[:, None] + _POINTS * steps[:, None]
-            self.contacts.take_pulse(row, times[chosen], normal[chosen])
+            self.contacts.take_pulse(row, times[mask], normal[mask])
 
     def _watch(self, times: Array, values: Array, memory: Array) -> None:
         press, forces = self._tree.press, _contacts(values)[:, 1:]
@@ -207,17 +207,17 @@ class TreeRecorder(Recorder):
         if press.has_guide:
             motion = values[[0, 2, 3, 4, 5]]
             motion[0] -= mechanism.guide_x
-            own = slice(0, CORNER_COUNT)
-            self.watch.take_slider(0, times, motion, forces[own], memory[own], press.guide)
+            corners = slice(0, CORNER_COUNT)
+            self.watch.take_slider(0, times, motion, forces[corners], memory[corners], press.guide)
         if press.has_journal:
             # From the crank's tip back over rod 2 and rocker to H, as complex numbers
             (theta2, theta3, w2, w3), w1 = values[len(CHANNELS) :], mechanism.omega
             arm1 = mechanism.crank.length * np.exp(1j * (mechanism.crank_angle + w1 * times))
             arm2 = mechanism.rod2.length * np.exp(1j * theta2)
             arm3 = mechanism.rocker.centroid * np.exp(1j * theta3)
-            apart = arm1 + arm2 - arm3 - complex(mechanism.pivot_x, mechanism.pivot_y)
+            vector = arm1 + arm2 - arm3 - complex(mechanism.pivot_x, mechanism.pivot_y)
             rate = 1j * (w1 * arm1 + w2 * arm2 - w3 * arm3)
-            motion = np.array([apart.real, apart.imag, rate.real, rate.imag, np.full(len(times), w1), w2])
+            motion = np.array([vector.real, vector.imag, rate.real, rate.imag, np.full(len(times), w1), w2])
             self.watch.take_journal(PIN_ROW, times, motion, forces[PIN_ROW], memory[PIN_ROW], press.journal)
 
 

@@ -30,7 +30,7 @@ _TRIALS = 200
 # pressed to its wall over a cycle of 20 s 1.2e6. A run takes some 40 s to it; a jammed slider never ends
 STEPS_PER_CYCLE_LIMIT = 2_000_000
 
-# What to try after each failure, where it was seen to help
+# Remedy of each failure, if one was seen to help
 _REMEDIES = {
     "success": "",
     "step-too-small": "raise solver.exudyn.tolerance if below 1e-15 or where load.table jumps, lower "
@@ -48,7 +48,7 @@ def least_step(duration: float) -> float:
 def shortest_step(time: float, least: float) -> float:
     """Return the shortest step (s) taken at ``time`` (s): half of ``least``, but far less at the start.
 
-    What starts millimetres inside its wall is accelerated by some 1e7 N, until 1e-11 to 1e-13 s later the
+    A corner that starts millimetres inside its wall is pushed by some 1e7 N, until 1e-11 to 1e-13 s later the
     damping has taken that force away; such starts were seen to need steps of 2e-14 s. Still shorter steps, or
     more of them, would let a run with a tolerance below round-off go on without end.
     """

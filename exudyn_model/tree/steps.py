@@ -200,10 +200,10 @@ def close(row: int, contacts: Any, time: float, law: Law) -> None:
     """
     contacts[row].closed = 1.0
     # The record of the lower corner is that of its side
-    own = contacts[row % UPPER if law.shared > 0.0 else row]
-    if own.impact_speed == 0.0:
-        own.impact_speed = max(-contacts[row].rate, law.speed_floor)
-        own.start, own.name = time, row
+    memory = contacts[row % UPPER if law.shared > 0.0 else row]
+    if memory.impact_speed == 0.0:
+        memory.impact_speed = max(-contacts[row].rate, law.speed_floor)
+        memory.start, memory.name = time, row
 
 
 @kernel
@@ -265,7 +265,7 @@ def switch(row: int, contacts: Any, workspace: Workspace, law: Law) -> bool:
     """
     contact, switched = contacts[row], False
     before, after = workspace.distances[0, row], workspace.distances[1, row]
-    # What has just touched may still be open by round-off, but it approaches
+    # A corner that has just touched may still be open by round-off, but it approaches
     if contact.closed > 0.0 and (after.value > ROUNDED or (after.value >= -ROUNDED and after.rate > 0.0)):
         # In an accepted step a contact separates at one of the ends alone: see `accepted_fraction`
         at = 1 if after.value < -before.value else 0
@@ -323,8 +323,8 @@ def judge_step(
         if press.has_guide:
             angle[SLIDER], rate[SLIDER] = angle[ROD4] + q[3], rate[ROD4] + v[3]
     else:
-        _, ideal, ideal_rate, _ = driven_rod4(time, press.mechanism)
-        angle[ROD4], rate[ROD4] = ideal + q[0], ideal_rate + v[0]
+        _, ideal_angle, ideal_rate, _ = driven_rod4(time, press.mechanism)
+        angle[ROD4], rate[ROD4] = ideal_angle + q[0], ideal_rate + v[0]
         angle[SLIDER], rate[SLIDER] = q[1], v[1]
     complete(end, press, workpiece, contacts, values, workspace.distances[1])
     switched = False
@@ -371,10 +371,10 @@ def observe(
     A state lies at a ``fraction`` of the step ``number``, both of shape (n,); ``contacts`` and all of
     ``workspace`` except the steps are overwritten.
     """
-    here = workspace.ends[0]
+    state = workspace.ends[0]
     for k in range(len(number)):
         step = workspace.steps[number[k]]
         for row in range(CONTACTS):
             contacts[row].impact_speed = step.impact_speed[row]
-        interpolate(step.first, step.last, fraction[k], here)
-        complete(here, press_record[0], workpiece, contacts, values[k], workspace.distances[0])
+        interpolate(step.first, step.last, fraction[k], state)
+        complete(state, press_record[0], workpiece, contacts, values[k], workspace.distances[0])

@@ -11,7 +11,7 @@ import pytest
 
 import exudyn_model
 import reference_model
-from comparison.accuracy.levels import NAMES, expected, solver_values
+from comparison.accuracy.levels import NAMES, forecast, solver_values
 from comparison.scene import load_scene, shipped_scenes
 
 SIMULATE = {"reference": reference_model.simulate, "exudyn": exudyn_model.simulate}
@@ -56,7 +56,7 @@ def test_a_named_accuracy_keeps_its_error_bound(name, model, formulation, accura
     # The error bound is the shipped scene's: a moved start is another one, which would only borrow it.
     shipped = load_scene(name, values)
     chosen = solver_values(model, accuracy, shipped)
-    bound = expected(shipped.with_values(chosen), model)
+    bound = forecast(shipped.with_values(chosen), model)
     assert (bound.scene, bound.own) == (name, True)
     simulated = slider_x(started(name).with_values(values).with_values(chosen), model)
     assert np.abs(simulated - exact(name)).max() <= bound.error

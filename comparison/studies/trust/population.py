@@ -108,10 +108,10 @@ def moved(scene: Scene, share: float, rng: np.random.Generator) -> Scene:
     """
     clearance = scene.data["clearance"]
     if uncertainty.movable(scene) != "slider":
-        return uncertainty.moved(scene, share * clearance["crank_pin"] * rng.uniform(-1.0, 1.0), 0.0)
+        return uncertainty.move_start(scene, share * clearance["crank_pin"] * rng.uniform(-1.0, 1.0), 0.0)
     shift = share * clearance["slider"] * sqrt(rng.uniform())
     direction = rng.uniform(0.0, 2.0 * pi)
-    return uncertainty.moved(scene, shift * cos(direction), shift * sin(direction))
+    return uncertainty.move_start(scene, shift * cos(direction), shift * sin(direction))
 
 
 def random_linkage(number: int, seed: int = LINKAGES["seed"]) -> tuple[Scene, Fault, str]:
@@ -123,8 +123,10 @@ def random_linkage(number: int, seed: int = LINKAGES["seed"]) -> tuple[Scene, Fa
         scene = scene.with_values({f"clearance.{rng.choice([*scene.data['pin']])}.size": 1e-4})
     ways = {key: how for each, how in rule["all"].items() for key in matching(flat(scene.data), each)}
     scene = _drawn(scene, ways | rule["of"].get(name, {}), rng)
-    reach, scales = rule["start"], uncertainty.in_clearances(scene).items()
-    scene = uncertainty.shifted(scene, {state: scale * rng.uniform(-reach, reach) for state, scale in scales})
+    reach, scales = rule["start"], uncertainty.clearance_scales(scene).items()
+    scene = uncertainty.shift_start(
+        scene, {state: scale * rng.uniform(-reach, reach) for state, scale in scales}
+    )
     own = [key for key in ways if not key.startswith(("drive", "initial", "contact.damping"))]
     key, model = str(rng.choice(own)), str(rng.choice(MODELS))
     factor = 1.0 + rng.uniform(*rule["fault"]) * rng.choice([-1.0, 1.0])

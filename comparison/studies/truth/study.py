@@ -18,7 +18,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
-from comparison.accuracy.levels import NAMES, TIERS, expected, solver_values, thresholds
+from comparison.accuracy.levels import NAMES, TIERS, forecast, solver_values, thresholds
 from comparison.accuracy.refine import CHANNEL, families, runs_by_model
 from comparison.accuracy.uncertainty import ROUND_OFF, Runs, RunValues, round_off, uncertainty, window_samples
 from comparison.execution.run import (
@@ -152,7 +152,7 @@ def setting_rows(scene: Scene, true: Table) -> Iterator[Row]:
             named = scene.variant({f"solver.{model}.formulation": formulation})
             named = named.variant(solver_values(model, name, named))
             bound, error = (
-                expected(named, model),
+                forecast(named, model),
                 np.abs(run(named, model).values(CHANNEL) - true.values(CHANNEL)),
             )
             largest = error[true.time <= bound.cycles * scene.period].max(keepdims=True)

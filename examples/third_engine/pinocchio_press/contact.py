@@ -25,7 +25,7 @@ class Corner(NamedTuple):
 
 
 class Point(NamedTuple):
-    """Where a contact's force acts: elastic force, depth, its rate, slip, and each corner's share."""
+    """Point of action of a contact: elastic force, depth, its rate, slip, and each corner's share."""
 
     elastic: float
     depth: float
@@ -42,7 +42,7 @@ class Force(NamedTuple):
 
 
 class Guide:
-    """The two walls and the law of contact with them; ``inside`` says which corners are in their wall."""
+    """The two walls and the law of contact with them; ``inside``: for each corner, true if in its wall."""
 
     def __init__(self, scene: Mapping[str, Any]) -> None:
         slider, contact, friction = scene["mechanism"]["slider"], scene["contact"], scene["friction"]
@@ -84,36 +84,36 @@ class Guide:
         return result
 
     def point(self, contact: int, corners: Sequence[Corner], inside: Sequence[bool]) -> Point:
-        """Return where the force of a closed contact acts."""
-        its = self.contacts[contact]
-        side = SIDES[its[0] % 2]
+        """Return the point at which the force of a closed contact acts."""
+        ks = self.contacts[contact]
+        side = SIDES[ks[0] % 2]
         a, b = (-corners[k].gap for k in side)
         forces = self._elastic(a, b, self._surface(side, inside))
-        elastic = [forces[side.index(k)] for k in its]
-        total, deepest = sum(elastic), min(its, key=lambda k: corners[k].gap)
+        elastic = [forces[side.index(k)] for k in ks]
+        total, deepest = sum(elastic), min(ks, key=lambda k: corners[k].gap)
         depth = -corners[deepest].gap
-        shares = tuple(f / total if total else float(k == deepest) for k, f in zip(its, elastic, strict=True))
-        rate = sum(share * corners[k].depth_rate for k, share in zip(its, shares, strict=True))
-        slip = sum(share * corners[k].slip for k, share in zip(its, shares, strict=True))
+        shares = tuple(f / total if total else float(k == deepest) for k, f in zip(ks, elastic, strict=True))
+        rate = sum(share * corners[k].depth_rate for k, share in zip(ks, shares, strict=True))
+        slip = sum(share * corners[k].slip for k, share in zip(ks, shares, strict=True))
         return Point(total, depth, rate, slip, shares)
 
     def force(self, contact: int, point: Point, impact_speed: float, inside: Sequence[bool]) -> Force:
         """Return the force of a closed contact."""
         normal = point.elastic
         if not self._surface(SIDES[contact % 2], inside):
-            unclipped = self.damped(point, impact_speed)
+            unclipped = self.damped_force(point, impact_speed)
             normal = max(0.0, unclipped if self.impact else normal * unclipped)
         ramp = min(1.0, max(0.0, (abs(point.slip) - self.v0) / (self.v1 - self.v0)))
         return Force(normal, -self.c_f * ramp * copysign(normal, point.slip))
 
-    def damped(self, point: Point, impact_speed: float) -> float:
+    def damped_force(self, point: Point, impact_speed: float) -> float:
         """Return the force with its damping before clipping: in Eq. 11 over the elastic one."""
         if not self.impact:
             return float(1.0 + self.C * point.depth_rate / impact_speed)
         share = min(max(point.depth / self.d_max, 0.0), 1.0)
         return float(point.elastic + self.c_max * share**2 * (3.0 - 2.0 * share) * point.depth_rate)
 
-    def stored(self, corners: Sequence[Corner], inside: Sequence[bool]) -> float:
+    def energy(self, corners: Sequence[Corner], inside: Sequence[bool]) -> float:
         """Return the energy stored in the contacts that are closed."""
         total = 0.0
         for side in SIDES:

@@ -38,8 +38,8 @@ class Piece(NamedTuple):
     start: float
     end: float
     at: Dense
-    checked: list[float]
-    switched: Surface | None
+    check_times: list[float]
+    surface: Surface | None
 
 
 class StepError(RuntimeError):
@@ -57,43 +57,43 @@ def integrate(
     while t < end:
         settings: dict[str, Any] = {"max_step": largest_step, "rtol": relative, "atol": tolerance}
         solver = DOP853(system.rates, t, y, end, **settings)
-        switched = None
-        while switched is None and solver.status == "running":
+        surface = None
+        while surface is None and solver.status == "running":
             # A trial step that goes far into a wall may overflow; it is rejected like any other.
             with np.errstate(over="ignore", invalid="ignore"):
                 message = solver.step()
             if message is not None:
                 raise StepError(f"at {solver.t:g} s")
             dense = solver.dense_output()
-            checked = list(np.linspace(solver.t_old, solver.t, CHECKS + 1))
-            t, y, switched = solver.t, solver.y, None
-            if first := _first_switch(system, dense, checked):
-                t, switched = first
+            check_times = list(np.linspace(solver.t_old, solver.t, CHECKS + 1))
+            t, y, surface = solver.t, solver.y, None
+            if first := _first_switch(system, dense, check_times):
+                t, surface = first
                 y = dense(t)
-            yield Piece(solver.t_old, t, dense, [at for at in checked if at < t], switched)
-        if switched is not None:
-            system.switch(switched, t, y)
+            yield Piece(solver.t_old, t, dense, [at for at in check_times if at < t], surface)
+        if surface is not None:
+            system.switch(surface, t, y)
 
 
 def _first_switch(system: System, dense: Dense, times: list[float]) -> tuple[float, Surface] | None:
     """Return the first instant of a step at which a surface is passed, and which."""
 
-    def value(t: float, which: Surface, part: int = 0) -> float:
-        return system.surfaces(t, dense(t))[which][part]
+    def value(t: float, surface: Surface, part: int = 0) -> float:
+        return system.surfaces(t, dense(t))[surface][part]
 
     before = system.surfaces(times[0], dense(times[0]))
     for left, right in pairwise(times):
-        after, passed = system.surfaces(right, dense(right)), []
-        for which, (low, falling) in before.items():
-            high, rising = after[which]
+        after, roots = system.surfaces(right, dense(right)), []
+        for surface, (low, falling) in before.items():
+            high, rising = after[surface]
             until = right
             if high >= 0.0 and low > 0.0 and falling < 0.0 < rising:
-                until = brentq(value, left, right, args=(which, 1), xtol=TINY)
-                high = value(until, which)
+                until = brentq(value, left, right, args=(surface, 1), xtol=TINY)
+                high = value(until, surface)
             if high < 0.0:
-                at = brentq(value, left, until, args=(which,), xtol=TINY) if low > 0.0 else left
-                passed.append((at, which))
-        if passed:
-            return min(passed, key=lambda root: root[0])
+                at = brentq(value, left, until, args=(surface,), xtol=TINY) if low > 0.0 else left
+                roots.append((at, surface))
+        if roots:
+            return min(roots, key=lambda root: root[0])
         before = after
     return None

@@ -1,4 +1,4 @@
-"""What moves freely, its right-hand side, and the surfaces at which that changes.
+"""The free motion, its right-hand side, and the surfaces at which that changes.
 
 Free are the angles of rod 4 and of the slider, and none with an ideal slider. Integrals are carried along:
 work of the motor, losses by damping and by friction, and the impulse of each contact.
@@ -20,7 +20,7 @@ DRIVE, DAMPING, FRICTION, IMPULSE = FREE, FREE + 1, FREE + 2, FREE + 3
 
 
 class Moment(NamedTuple):
-    """Everything known at a time."""
+    """State of the press at a time, with its forces."""
 
     centre: complex
     velocity: complex
@@ -36,7 +36,7 @@ class Moment(NamedTuple):
 
 
 class Motion:
-    """The press in motion; what is inside its wall, and the impact speeds, are what `switch` changes."""
+    """The press in motion; `switch` changes the corners inside their wall and the impact speeds."""
 
     def __init__(self, scene: Mapping[str, Any]) -> None:
         self.press, self.guide, self.workpiece = Press(scene), Guide(scene), Workpiece(scene["load"])
@@ -68,8 +68,8 @@ class Motion:
         y[:FREE] = angle4, initial["slider_angle"], rate4, initial["slider_omega"]
         corners = self.locate(0.0, y)
         self.inside = [corner.gap < 0.0 for corner in corners]
-        for contact, its in enumerate(self.guide.contacts):
-            if any(self.inside[k] for k in its):
+        for contact, ks in enumerate(self.guide.contacts):
+            if any(self.inside[k] for k in ks):
                 self._begin(contact, corners)
 
     def locate(self, t: float, y: Vector) -> list[Corner]:
@@ -91,9 +91,9 @@ class Motion:
         points, contacts, forces = {}, {}, [Force()] * 4
         for c in (c for c, speed in enumerate(self.impact_speeds) if speed):
             points[c] = self.guide.point(c, corners, self.inside)
-            normal, rub = contacts[c] = self.guide.force(c, points[c], self.impact_speeds[c], self.inside)
+            normal, drag = contacts[c] = self.guide.force(c, points[c], self.impact_speeds[c], self.inside)
             for k, share in zip(self.guide.contacts[c], points[c].shares, strict=True):
-                forces[k] = Force(share * normal, share * rub)
+                forces[k] = Force(share * normal, share * drag)
         load = np.array([0.0, self.workpiece.force(centre.imag)[0], 0.0])
         for corner, force, sign in zip(corners, forces, self.guide.normals, strict=True):
             x, y_ = sign * force.normal, force.friction
@@ -119,7 +119,7 @@ class Motion:
         return result
 
     def surfaces(self, t: float, y: Vector) -> dict[tuple[str, int], tuple[float, float]]:
-        """Return what is positive until the next switch, with its rate (nan where that is not needed)."""
+        """Return values that are positive until the next switch, with their rates (nan where not needed)."""
         result: dict[tuple[str, int], tuple[float, float]] = {}
         if self.workpiece.kinks:
             now = self.at(t, y)
@@ -142,7 +142,7 @@ class Motion:
             self.sides[kind, k] *= -1.0
             return
         self.inside[k] = not self.inside[k]
-        contact = next(c for c, its in enumerate(self.guide.contacts) if k in its)
+        contact = next(c for c, ks in enumerate(self.guide.contacts) if k in ks)
         if not any(self.inside[each] for each in self.guide.contacts[contact]):
             self.impact_speeds[contact] = 0.0
         elif not self.impact_speeds[contact]:
@@ -158,7 +158,7 @@ class Motion:
     def _kinks(self, contact: int, corners: list[Corner]) -> dict[str, float]:
         guide, point = self.guide, self.guide.point(contact, corners, self.inside)
         return {
-            "clip": guide.damped(point, self.impact_speeds[contact]),
+            "clip": guide.damped_force(point, self.impact_speeds[contact]),
             "static": abs(point.slip) - guide.v0,
             "transition": abs(point.slip) - guide.v1,
         }

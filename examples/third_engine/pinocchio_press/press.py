@@ -101,8 +101,8 @@ class Press:
         """Return the force in each joint on the body with the higher number, N."""
         q, v = self.relative @ angles, self.relative @ rates
         pin.forwardKinematics(self.model, self.data, q)
-        outside = pin.StdVec_Force()
-        outside.extend([pin.Force.Zero() for _ in range(self.model.njoints)])
+        external = pin.StdVec_Force()
+        external.extend([pin.Force.Zero() for _ in range(self.model.njoints)])
         on_slider = load + np.array([at.guide[0], 0.0, at.guide[1]])
         for frame, force, moment in (
             (self.end_of_rod2, -at.on_rocker, 0.0),
@@ -110,9 +110,9 @@ class Press:
             (self.slider, on_slider[:2], on_slider[2]),
         ):
             joint, place = self.model.frames[frame].parentJoint, self.model.frames[frame].placement
-            turned = self.data.oMi[joint].rotation.T @ [*force, 0.0]
-            outside[joint] = place.act(pin.Force(turned, np.array([0.0, 0.0, moment])))
-        pin.rnea(self.model, self.data, q, v, at.joint_rates, outside)
+            local_force = self.data.oMi[joint].rotation.T @ [*force, 0.0]
+            external[joint] = place.act(pin.Force(local_force, np.array([0.0, 0.0, moment])))
+        pin.rnea(self.model, self.data, q, v, at.joint_rates, external)
         result = {
             joint: (self.data.oMi[i].rotation @ self.data.f[i].linear)[:2] for joint, i in self.ids.items()
         }

@@ -66,7 +66,7 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
                 status, remedy = "work-limit", f"{pieces} steps up to {piece.start:g} s; run fewer cycles"
                 break
             record.add(piece)
-            pieces, switches = pieces + 1, switches + (piece.switched is not None)
+            pieces, switches = pieces + 1, switches + (piece.surface is not None)
             if progress:
                 progress(piece.end / times[-1])
         else:
@@ -113,7 +113,7 @@ class Recording:
         until = int(np.searchsorted(self.times, piece.end, side="left"))
         for t in self.times[self.samples : until]:
             self.sample(t, piece.at(t))
-        for t in (*piece.checked, piece.end) if self.open else ():
+        for t in (*piece.check_times, piece.end) if self.open else ():
             now = self.motion.at(t, piece.at(t))
             for c, contact in self.open.items():
                 contact["peak_force"] = max(contact["peak_force"], now.contacts[c].normal)
@@ -157,14 +157,14 @@ class Recording:
             if self.motion.ideal:
                 result["guide_force"], result["guide_moment"] = balance.guide
         if "energy" in self.groups:
-            kinetic, stored, pressed, potential = self.energies(now)
+            kinetic, elastic, load, potential = self.energies(now)
             gravity = self.at_start[3] - potential
-            gained = kinetic + stored + pressed - sum(self.at_start[:3])
-            result |= {"energy_kinetic": kinetic, "energy_contact": stored, "energy_gravity": gravity}
+            gain = kinetic + elastic + load - sum(self.at_start[:3])
+            result |= {"energy_kinetic": kinetic, "energy_contact": elastic, "energy_gravity": gravity}
             if self.motion.workpiece.kinks:
-                result["energy_load"] = pressed
+                result["energy_load"] = load
             result |= {"energy_drive": y[DRIVE], "energy_damping": y[DAMPING], "energy_friction": y[FRICTION]}
-            result["energy_residual"] = y[DRIVE] + gravity - gained - y[DAMPING] - y[FRICTION]
+            result["energy_residual"] = y[DRIVE] + gravity - gain - y[DAMPING] - y[FRICTION]
         for name, value in result.items():
             self.columns.setdefault(name, []).append(float(value))
         self.samples += 1
@@ -172,5 +172,5 @@ class Recording:
     def energies(self, now: Moment) -> tuple[float, float, float, float]:
         """Return kinetic energy, that stored in contacts and in a workpiece, and the potential one."""
         kinetic, potential = self.motion.press.energies(now.angles, now.rates)
-        stored = self.motion.guide.stored(now.corners, self.motion.inside)
-        return kinetic, stored, self.motion.workpiece.force(now.centre.imag)[1], potential
+        elastic = self.motion.guide.energy(now.corners, self.motion.inside)
+        return kinetic, elastic, self.motion.workpiece.force(now.centre.imag)[1], potential

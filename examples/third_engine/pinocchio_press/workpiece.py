@@ -16,7 +16,7 @@ class Workpiece:
 
     def force(self, height: float) -> tuple[float, float]:
         """Return force (N) and stored energy (J) at a height of the centre."""
-        h, stored = self.surface - height, 0.0
+        h, energy = self.surface - height, 0.0
         if h <= 0.0 or not self.kinks:
             return 0.0, 0.0
         if not self.rows:
@@ -25,7 +25,7 @@ class Workpiece:
         for (h0, P0), (h1, P1) in pairwise(self.rows):
             if h <= h1:
                 force = P0 + (P1 - P0) * (h - h0) / (h1 - h0)
-                return force, stored + (P0 + force) / 2.0 * (h - h0)
-            stored += (P0 + P1) / 2.0 * (h1 - h0)
+                return force, energy + (P0 + force) / 2.0 * (h - h0)
+            energy += (P0 + P1) / 2.0 * (h1 - h0)
         h0, P0 = self.rows[-1]
-        return P0, stored + P0 * (h - h0)
+        return P0, energy + P0 * (h - h0)

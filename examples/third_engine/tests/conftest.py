@@ -31,15 +31,15 @@ def run():
     """``run(scene, changes, tolerance)``: the complete scene, and the engine's result, once a session."""
     from pinocchio_press import simulate
 
-    known = {}
+    runs = {}
 
-    def simulated(name, changes, tolerance=1e-10):
+    def run_once(name, changes, tolerance=1e-10):
         key = repr((name, changes, tolerance))
-        if key not in known:
+        if key not in runs:
             scene = load_scene(name, changes).data
             scene["solver"]["pinocchio"] = {"tolerance": tolerance}
-            known[key] = scene, simulate(scene)
-            assert known[key][1].status == "success", known[key][1].remedy
-        return known[key]
+            runs[key] = scene, simulate(scene)
+            assert runs[key][1].status == "success", runs[key][1].remedy
+        return runs[key]
 
-    return simulated
+    return run_once

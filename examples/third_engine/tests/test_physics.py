@@ -15,23 +15,23 @@ from comparison.tables.channels import channels, expected
 pytestmark = pytest.mark.slow
 ALL = {"output.groups": ["accelerations", "corners", "joints", "energy"]}
 # Thrown into its guide with a spin: single hits, then both corners of a side.
-THROWN = ALL | {
+THROW = ALL | {
     "drive.cycles": 0.08,
     "output.samples_per_cycle": 20_000,
     "initial.slider_omega": 1.0,
     "initial.slider_vx": 0.02,
 }
 # A workpiece that the slider meets in these runs.
-LOADED = {"load.surface": 0.18, "load.force": 2.0}
+LOAD = {"load.surface": 0.18, "load.force": 2.0}
 MATERIALS = {"contact.youngs_modulus.slider": 69e9, "contact.poisson.guide": 0.3}
 TABLE = {"load.surface": 0.18, "load.table": [[0.0, 0.0], [0.002, 5.0], [0.004, 1.0]]}
 
 
 @pytest.mark.parametrize(
-    "changes", [{}, {"contact.law": "foundation"}, {"contact.law": "adams-impact"}, LOADED, TABLE], ids=str
+    "changes", [{}, {"contact.law": "foundation"}, {"contact.law": "adams-impact"}, LOAD, TABLE], ids=str
 )
 def test_energy_is_balanced_through_contacts(run, changes):
-    _, result = run("150rpm-0.2mm", THROWN | changes, 1e-12)
+    _, result = run("150rpm-0.2mm", THROW | changes, 1e-12)
     assert len(result.events["start"]) > 3
     assert min(result.columns[f"energy_{loss}"][-1] for loss in ("damping", "friction")) > 1e-8
     # Measured at most 2e-11 J; a rate 1 % wrong at one corner would leave 1 % of the losses, above 1e-8 J.
@@ -40,7 +40,7 @@ def test_energy_is_balanced_through_contacts(run, changes):
 
 
 def test_contacts_begin_and_end_where_the_gap_is_zero(run):
-    _, result = run("150rpm-0.2mm", THROWN, 1e-12)
+    _, result = run("150rpm-0.2mm", THROW, 1e-12)
     columns, events = result.columns, result.events
     assert min(events["normal_speed"].min(), events["impulse"].min()) > 0.0
     for name in CORNERS:
@@ -55,7 +55,7 @@ class Dip:
     """y = t, and a surface that is passed twice within a thousandth of a step."""
 
     def __init__(self):
-        self.side, self.passed = 1.0, []
+        self.side, self.times = 1.0, []
 
     def rates(self, _t, _y):
         return np.ones(1)
@@ -65,15 +65,15 @@ class Dip:
 
     def switch(self, _surface, t, _y):
         self.side *= -1.0
-        self.passed.append(t)
+        self.times.append(t)
 
 
 def test_a_dip_between_two_checks_is_found():
     system = Dip()
     pieces = list(integrate(system, np.zeros(1), 1.0, np.full(1, 1e-10), 1.0))
     # The square root of the rounding 1e-16 of the surface, over its slope of 2e-4.
-    np.testing.assert_allclose(system.passed, [0.5299, 0.5301], rtol=0, atol=1e-11)
-    assert [piece.switched for piece in pieces if piece.switched] == [("dip", 0)] * 2
+    np.testing.assert_allclose(system.times, [0.5299, 0.5301], rtol=0, atol=1e-11)
+    assert [piece.surface for piece in pieces if piece.surface] == [("dip", 0)] * 2
     assert [piece.end for piece in pieces[:-1]] == [piece.start for piece in pieces[1:]]
 
 
@@ -122,17 +122,17 @@ def test_contacts_are_those_of_the_reference(run, name, changes, instants):
         assert max(np.median(difference[f"reaction_{joint}_y"]) for joint in "OABHCF") < 1e-8
     # The same contacts of every corner, one by one; of all corners together two may touch at one instant.
     for corner in CORNERS:
-        own, theirs = (
+        events, reference = (
             {
-                what: of.events[what][of.events["corner"] == corner]
-                for what in ("start", "impulse", "peak_force")
+                column: source.events[column][source.events["corner"] == corner]
+                for column in ("start", "impulse", "peak_force")
             }
-            for of in (result, other)
+            for source in (result, other)
         )
-        assert len(own["start"]) == len(theirs["start"])
-        np.testing.assert_allclose(own["start"], theirs["start"], rtol=0, atol=instants)
+        assert len(events["start"]) == len(reference["start"])
+        np.testing.assert_allclose(events["start"], reference["start"], rtol=0, atol=instants)
         # A table of steps holds the peaks of its steps only; the impulse is an integral.
-        np.testing.assert_allclose(own["impulse"], theirs["impulse"], rtol=1e-3, atol=1e-7)
+        np.testing.assert_allclose(events["impulse"], reference["impulse"], rtol=1e-3, atol=1e-7)
         if whole:
-            assert len(own["start"]) > 5
-            np.testing.assert_allclose(own["peak_force"], theirs["peak_force"], rtol=0.02, atol=1e-2)
+            assert len(events["start"]) > 5
+            np.testing.assert_allclose(events["peak_force"], reference["peak_force"], rtol=0.02, atol=1e-2)

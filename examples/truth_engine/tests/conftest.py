@@ -10,15 +10,15 @@ def run():
     """``run(scene, changes, bits)``: the engine's result, once a session."""
     from truth_press import simulate
 
-    known = {}
+    runs = {}
 
-    def simulated(name, changes, bits=53):
+    def run_once(name, changes, bits=53):
         key = repr((name, changes, bits))
-        if key not in known:
+        if key not in runs:
             scene = load_scene(name, changes).data
             scene["solver"]["truth"] = {"bits": bits}
-            known[key] = simulate(scene)
-            assert known[key].status == "success", known[key].remedy
-        return known[key]
+            runs[key] = simulate(scene)
+            assert runs[key].status == "success", runs[key].remedy
+        return runs[key]
 
-    return simulated
+    return run_once

@@ -120,8 +120,8 @@ def test_bounce_is_exact(bits):
     assert float(first["largest_depth"]) == pytest.approx(inside(top), rel=1e-10)
     assert float(first["peak_force"]) == pytest.approx(K * inside(top) ** 1.5, rel=1e-10)
     # Both ends of the contact are cut by the starting depth.
-    cut = 2 * depth / float(first["normal_speed"])
-    assert duration + cut == pytest.approx(2 * integral(lambda _: 1.0), rel=1e-11 if bits == 113 else 1e-10)
+    rest = 2 * depth / float(first["normal_speed"])
+    assert duration + rest == pytest.approx(2 * integral(lambda _: 1.0), rel=1e-11 if bits == 113 else 1e-10)
     assert float(first["impulse"]) == pytest.approx(
         2 * integral(lambda a: K * max(inside(a), 0.0) ** 1.5), rel=1e-9
     )
@@ -136,20 +136,20 @@ def states(changes, bits, depth, tolerance):
     motion = Motion(Press(scene, arithmetic, depth), arithmetic, tolerance)
     count = round(1000 * scene["drive"]["cycles"])
     times = arithmetic.array([motion.cycle * k / 1000 for k in range(count)])
-    result, done = [], 0
+    result, first = [], 0
     for segment in motion.run(motion.cycle * count / 1000):
         until = int(np.searchsorted(times, segment.times[-1]))
-        if until > done:
-            at = times[done:until]
+        if until > first:
+            at = times[first:until]
             values = evaluate(segment.phase.outputs, segment.solution(at), segment.pars, at)
             result.append(np.stack([values[segment.phase.rows[name]] for name in MOTION]))
-        done = until
+        first = until
     return np.concatenate(result, axis=1)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("cycles", "one", "other", "apart"),
+    ("cycles", "one", "other", "distance"),
     [
         (1.0, (113, 1e-24, 1e-30), (113, 1e-22, 1e-30), 1e-16),
         # Over the first seven contacts; a whole cycle of 166 bits takes five times longer than quadruple.
@@ -157,11 +157,11 @@ def states(changes, bits, depth, tolerance):
     ],
     ids=["starting depths", "wider numbers"],
 )
-def test_depth_and_arithmetic_make_the_errors_that_were_measured(cycles, one, other, apart):
+def test_depth_and_arithmetic_make_the_errors_that_were_measured(cycles, one, other, distance):
     """See README."""
     a, b = (states({"drive.cycles": cycles}, *setting) for setting in (one, other))
     difference = np.abs((Arithmetic.of(other[0]).array(a) - b).astype(float))
-    assert difference[0].max() < apart
+    assert difference[0].max() < distance
 
 
 @pytest.mark.slow
@@ -173,9 +173,9 @@ def test_strict_reference_is_within_its_uncertainty(run, scene, tmp_path, monkey
     table = pd.read_csv("a.csv")
     truth = run(scene, {}, 113)
     error = np.abs(table["slider_x"] - truth.columns["slider_x"])
-    known = np.isfinite(table["slider_x_u"])
-    assert known.mean() > 0.9
-    assert (error <= table["slider_x_u"])[known].all()
+    predictable = np.isfinite(table["slider_x_u"])
+    assert predictable.mean() > 0.9
+    assert (error <= table["slider_x_u"])[predictable].all()
     events = pd.read_csv("a.events.csv")
     assert len(events) == len(truth.events["start"])
 
@@ -195,9 +195,9 @@ def test_strict_reference_is_within_its_uncertainty(run, scene, tmp_path, monkey
     ],
 )
 def test_what_is_outside_the_model_is_one_line(scene, changes, rule):
-    own = changes.get("solver", {})  # no scene has them where the engine is not installed
+    solver = changes.get("solver", {})  # no scene has them where the engine is not installed
     data = load_scene(scene, {key: value for key, value in changes.items() if key != "solver"}).data
-    data["solver"]["truth"] = own
+    data["solver"]["truth"] = solver
     with pytest.raises(ValueError, match=rule) as error:
         simulate(data)
     assert "\n" not in str(error.value)

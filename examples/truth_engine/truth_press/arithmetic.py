@@ -1,4 +1,4 @@
-"""Floating point of a run: its numbers, and what heyoka must know about it."""
+"""Floating point of a run: its numbers, and heyoka's options for it."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple

@@ -20,18 +20,18 @@ LIMIT = 1_000_000
 class Phase:
     """The equations with a number of closed contacts, compiled."""
 
-    def __init__(self, press: Press, arithmetic: Arithmetic, closed: int, tolerance: float) -> None:
-        rates, watched, outputs = press.equations(closed)
+    def __init__(self, press: Press, arithmetic: Arithmetic, n_closed: int, tolerance: float) -> None:
+        rates, distances, outputs = press.equations(n_closed)
         options, variables = arithmetic.options | {"compact_mode": True}, hy.make_vars(*rates)
-        falling: Any = {"direction": hy.event_direction.negative, "fp_type": options["fp_type"]}
-        events = [hy.t_event(value, **falling) for value in watched.values()]
+        event_options: Any = {"direction": hy.event_direction.negative, "fp_type": options["fp_type"]}
+        events = [hy.t_event(value, **event_options) for value in distances.values()]
         system, start = list(zip(variables, rates.values(), strict=True)), arithmetic.array([0] * len(rates))
         tol = arithmetic.number(tolerance)
         self.taylor = hy.taylor_adaptive(system, start, t_events=events, tol=tol, **options)
-        self.states, self.watched, self.closed = list(rates), list(watched), closed
+        self.states, self.surfaces, self.n_closed = list(rates), list(distances), n_closed
         self.rows = {name: row for row, name in enumerate(outputs)}
         self.outputs = hy.cfunc(list(outputs.values()), variables, **options)
-        self.distances = hy.cfunc(list(watched.values()), variables, **options)
+        self.distances = hy.cfunc(list(distances.values()), variables, **options)
 
 
 def evaluate(function: Any, states: Any, pars: Any, times: Any) -> Any:
@@ -70,8 +70,8 @@ class Motion:
         """Of ``contacts`` that of each closed corner."""
         self.pieces, self.piece = press.pieces(), 0
         self.t, self.switches, self.steps = zero, 0, 0
-        none = hy.make_vars("none")
-        start = hy.cfunc([*press.initial(), 0.0 * none + hy.time], [none], **arithmetic.options)
+        dummy = hy.make_vars("none")
+        start = hy.cfunc([*press.initial(), 0.0 * dummy + hy.time], [dummy], **arithmetic.options)
         self.state = dict(zip(FREE, start(arithmetic.array([0]), time=zero), strict=False))
         self.state |= dict.fromkeys(INTEGRALS, zero) if press.energies else {}
         self._settle()
@@ -104,7 +104,7 @@ class Motion:
         return self.arithmetic.array(values)
 
     def now(self) -> dict[str, Any]:
-        """Return what is recorded at this time, by name; of a corner with its number."""
+        """Return the recorded values at this time, by name; those of a corner have its number."""
         phase, slots, time = self.phase(), self.slots(), self.arithmetic.array([self.t])
         values = evaluate(phase.outputs, self.values()[None], self.parameters(), time)[:, 0]
         names = (f"{n[:-1]}{slots[int(n[-1])]}" if n[-1].isdigit() else n for n in phase.rows)
@@ -156,7 +156,7 @@ class Motion:
             if self.steps + self.switches > LIMIT * cycles:
                 raise ArithmeticError(f"{self.steps} steps up to {float(self.t):g} s")
             self.state = dict(zip(phase.states, list(taylor.state), strict=True))
-            for slot, corner in enumerate(slots[: phase.closed]):
+            for slot, corner in enumerate(slots[: phase.n_closed]):
                 self.closed[corner]["impulse"] = self.state.pop(f"impulse{slot}")
             ties = set()
             if self.t > before:
@@ -166,10 +166,10 @@ class Motion:
             if outcome == int(hy.taylor_outcome.time_limit):
                 piece += 1
             else:
-                self._switch(sorted({phase.watched[-1 - outcome]} | ties), slots)
+                self._switch(sorted({phase.surfaces[-1 - outcome]} | ties), slots)
 
     def _ties(self, segment: Segment) -> set[tuple[str, int]]:
-        """Return what is passed at the end of a segment: of several at one instant one event is reported.
+        """Return the surfaces passed at the end of a segment: heyoka reports one of several at an instant.
 
         A corner that approaches is at its wall where it will be there within so many seconds as the starting
         depth has metres.
@@ -180,15 +180,15 @@ class Motion:
         distances = evaluate(phase.distances, segment.solution(times), segment.pars, times)
         return {
             name
-            for name, (before, after) in zip(phase.watched, distances, strict=True)
+            for name, (before, after) in zip(phase.surfaces, distances, strict=True)
             if after < before and after * back <= (before - after) * self.press.depth
         }
 
-    def _switch(self, fired: list[tuple[str, int]], slots: tuple[int, ...]) -> None:
-        """Pass what was watched: corners close and open, regimes change."""
+    def _switch(self, surfaces: list[tuple[str, int]], slots: tuple[int, ...]) -> None:
+        """Pass surfaces: corners close and open, regimes change."""
         now, one = self.now(), self.press.one
-        self.switches += len(fired)
-        for kind, slot in fired:
+        self.switches += len(surfaces)
+        for kind, slot in surfaces:
             contact, step = self.closed.get(slots[slot], {}), -1 if kind in ("slower", "load-low") else 1
             if kind in ("faster", "slower"):
                 skipped = contact["regime"] + step == 2 and self.speeds[1] == self.speeds[2]
@@ -200,7 +200,7 @@ class Motion:
                 self.piece += step
                 piece = self.pieces[self.piece]
                 self.piece += step if piece["high"] - piece["low"] < self.press.depth else 0
-        for slot in (slot for kind, slot in fired if kind == "part"):
+        for slot in (slot for kind, slot in surfaces if kind == "part"):
             self.closed.pop(slots[slot])["end"] = self.t
-        for slot in (slot for kind, slot in fired if kind == "touch"):
+        for slot in (slot for kind, slot in surfaces if kind == "touch"):
             self._close(slots[slot], now)

@@ -21,7 +21,7 @@ SLOT = ("sx", "sy", "sigma", "v", "per_v", "live", "fa", "fb", "down", "low", "u
 """Parameters of a slot: its corner; v_i and its inverse; 1 unless clipped; friction fa + fb v_t, and the
 bounds low < down v_t, up v_t < high of its regime; 1 beyond the damping depth."""
 REACH = 16.0
-"""Depth (m) that no workpiece has. Heyoka's steps grow with the size of what is watched: no larger one."""
+"""Depth (m) that no workpiece has. Heyoka's steps grow with the size of the distances: no larger one."""
 FREE = ("theta4", "theta5", "omega4", "omega5")
 INTEGRALS = ("energy_drive", "energy_damping", "energy_friction")
 MOTION = ("slider_x", "slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega")
@@ -47,8 +47,8 @@ class Plane(NamedTuple):
         return self.x * other.x + self.y * other.y
 
     @property
-    def turned(self) -> "Plane":
-        """By a quarter turn to the left."""
+    def normal(self) -> "Plane":
+        """The vector after a quarter turn to the left."""
         return Plane(-self.y, self.x)
 
 
@@ -67,7 +67,7 @@ class Rod(NamedTuple):
 
     def at(self, along: Any) -> tuple[Plane, Plane, Plane]:
         """Return place, velocity and acceleration of the point so far along the rod."""
-        n = self.u.turned
+        n = self.u.normal
         acceleration = self.acceleration.plus(n, along * self.alpha).plus(self.u, -along * self.omega**2)
         return self.pin.plus(self.u, along), self.velocity.plus(n, along * self.omega), acceleration
 
@@ -85,8 +85,8 @@ class Press:
         self.gravity = Plane(self.zero, scene["environment"]["gravity"])
         self.energies = "energy" in scene["output"]["groups"]
         self.impact, e = self.contact["law"] == "adams-impact", self.contact["restitution"]
-        given = (self.contact["youngs_modulus"], self.contact["poisson"])
-        E, nu = (value if isinstance(value, dict) else {"slider": value, "guide": value} for value in given)
+        pair = (self.contact["youngs_modulus"], self.contact["poisson"])
+        E, nu = (value if isinstance(value, dict) else {"slider": value, "guide": value} for value in pair)
         sigma = sum(((1 - nu[partner] ** 2) / E[partner] for partner in nu), self.zero)
         self.K = 4 / (3 * sigma) * self.contact["corner_radius"] ** 0.5
         if self.impact and self.contact.get("stiffness"):
@@ -113,15 +113,15 @@ class Press:
         D = H.plus(A[0], -1.0)
         along = 0.5 + 0.5 * (L2 * L2 - arm * arm) / D.dot(D)
         across = bodies["rocker_branch"] * hy.sqrt(L2 * L2 / D.dot(D) - along * along)
-        u2 = D.times(along).plus(D.turned, across).times(1 / L2)
-        u3 = D.times(along - 1.0).plus(D.turned, across).times(1 / arm)
-        n1, sine = crank.u.turned, u3.turned.dot(u2)
+        u2 = D.times(along).plus(D.normal, across).times(1 / L2)
+        u3 = D.times(along - 1.0).plus(D.normal, across).times(1 / arm)
+        n1, sine = crank.u.normal, u3.normal.dot(u2)
         omega2, omega3 = omega * L1 * n1.dot(u3) / (L2 * sine), omega * L1 * n1.dot(u2) / (arm * sine)
         # Second derivative of L1 u1 + L2 u2 = H + arm u3, along u3 and along u2.
         inward = crank.u.times(L1 * omega * omega).plus(u2, L2 * omega2**2).plus(u3, -arm * omega3**2)
-        rod2 = Rod(u2, omega2, inward.dot(u3) / (L2 * u2.turned.dot(u3)), *A)
+        rod2 = Rod(u2, omega2, inward.dot(u3) / (L2 * u2.normal.dot(u3)), *A)
         rocker = Rod(u3, omega3, -inward.dot(u2) / (arm * sine), H, REST, REST)
-        self.driven = {"crank": crank, "rod2": rod2, "rocker": rocker}
+        self.chain = {"crank": crank, "rod2": rod2, "rocker": rocker}
         self.tip = rocker.at(bodies["rocker"]["length"])
 
     def initial(self) -> list[Any]:
@@ -132,26 +132,26 @@ class Press:
         angle, rate = hy.atan2(sine, cosine), (C[1].x - start["slider_vx"]) / (L4 * sine)
         return [angle, hy.expression(start["slider_angle"]), rate, hy.expression(start["slider_omega"])]
 
-    def equations(self, closed: int) -> tuple[dict[str, Any], dict[tuple[str, int], Any], dict[str, Any]]:
-        """Return rates of the states, what is positive until a switch, and what is recorded.
+    def equations(self, n_closed: int) -> tuple[dict[str, Any], dict[tuple[str, int], Any], dict[str, Any]]:
+        """Return rates of the states, distances (positive until a switch), and the recorded values.
 
-        Names of what belongs to a slot have its number.
+        The names within a slot have its number.
         """
         theta4, theta5, omega4, omega5 = hy.make_vars(*FREE)
         rod, slider = self.bodies["rod4"], self.bodies["slider"]
         L4, S4 = rod["length"], rod["mass"] * rod["centroid"] + slider["mass"] * rod["length"]
         inertia = rod["inertia"] + rod["mass"] * rod["centroid"] ** 2 + slider["mass"] * L4**2
         u4, u5 = Plane(hy.cos(theta4), hy.sin(theta4)), Plane(hy.cos(theta5), hy.sin(theta5))
-        n4, C = u4.turned, self.tip
+        n4, C = u4.normal, self.tip
         place, velocity = C[0].plus(u4, L4), C[1].plus(n4, L4 * omega4)
-        slots = [self._slot(k, k < closed, (place, velocity), u5, omega5) for k in range(4)]
-        load, stored, depth = self._load(place.y)
+        slots = [self._slot(k, k < n_closed, (place, velocity), u5, omega5) for k in range(4)]
+        load, energy, depth = self._load(place.y)
         F = Plane(hy.sum([s["force"].x for s in slots]), hy.sum([load, *(s["force"].y for s in slots)]))
         moment = hy.sum([s["arm"].x * s["force"].y - s["arm"].y * s["force"].x for s in slots])
         alpha4 = (L4 * n4.dot(F) - S4 * n4.dot(C[2].plus(self.gravity))) / inertia
         rod4 = Rod(u4, omega4, alpha4, *C)
         rates = dict(zip(FREE, (omega4, omega5, alpha4, moment / slider["inertia"]), strict=True))
-        rates |= {f"impulse{k}": slots[k]["normal"] for k in range(closed)}
+        rates |= {f"impulse{k}": slots[k]["normal"] for k in range(n_closed)}
         outputs = dict(zip(MOTION, (*place, theta5, *velocity, omega5), strict=True))
         outputs |= zip(ACCELERATIONS, (*rod4.at(L4)[2], rates["omega5"]), strict=True)
         for k, slot in enumerate(slots):
@@ -161,12 +161,12 @@ class Press:
             losses = (hy.sum([s[name] for s in slots]) for name in ("damping", "rub"))
             rates |= zip(INTEGRALS, (power, *losses), strict=True)
             outputs |= {"energy_kinetic": kinetic, "energy_contact": hy.sum([s["stored"] for s in slots])}
-            outputs |= {"energy_load": stored, "height": height}
-        watched = {(name, k): value for k in range(4) for name, value in slots[k]["watched"].items()}
+            outputs |= {"energy_load": energy, "height": height}
+        surfaces = {(name, k): value for k in range(4) for name, value in slots[k]["watched"].items()}
         if self.loaded:
             low, high = self.load_parameters["low"], self.load_parameters["high"]
-            watched |= {("load-high", 0): high - depth, ("load-low", 0): depth - low}
-        return rates, watched, outputs
+            surfaces |= {("load-high", 0): high - depth, ("load-low", 0): depth - low}
+        return rates, surfaces, outputs
 
     def _slot(self, k: int, closed: bool, centre: Any, u5: Plane, omega5: Any) -> dict[str, Any]:
         """Return geometry, forces, losses and switches of the corner in a slot."""
@@ -181,27 +181,27 @@ class Press:
         if not closed:
             return slot | {"watched": {"touch": gap + self.depth}}
         elastic = self.K * (-gap) ** contact["exponent"]
-        watched = {"part": -gap - self.depth}
+        surfaces = {"part": -gap - self.depth}
         if self.impact:
             share = -gap / contact["damping_depth"]
             ramp = p["deep"] + (1.0 - p["deep"]) * share * share * (3.0 - 2.0 * share)
             unclipped = elastic + contact["damping"] * ramp * rate
             normal = p["live"] * unclipped
-            watched["depth"] = (1.0 - 2.0 * p["deep"]) * (1.0 - share)
-            unclipped = unclipped / 1024.0  # as watched, about 1 at most
+            surfaces["depth"] = (1.0 - 2.0 * p["deep"]) * (1.0 - share)
+            unclipped = unclipped / 1024.0  # as a surface, about 1 at most
         else:
             unclipped = p["v"] + self.C * rate
             normal = p["live"] * elastic * unclipped * p["per_v"]
-        watched["clip"] = (2.0 * p["live"] - 1.0) * unclipped
+        surfaces["clip"] = (2.0 * p["live"] - 1.0) * unclipped
         if self.scene["friction"]["coefficient"] > 0:
             slot["friction"] = -self.scene["friction"]["coefficient"] * (p["fa"] + p["fb"] * slip) * normal
-            watched |= {"faster": p["high"] - p["up"] * slip, "slower": p["down"] * slip - p["low"]}
-        slot |= {"normal": normal, "force": Plane(p["sigma"] * normal, slot["friction"]), "watched": watched}
+            surfaces |= {"faster": p["high"] - p["up"] * slip, "slower": p["down"] * slip - p["low"]}
+        slot |= {"normal": normal, "force": Plane(p["sigma"] * normal, slot["friction"]), "watched": surfaces}
         slot |= {"damping": (normal - elastic) * rate, "rub": -slot["friction"] * slip}
         return slot | {"stored": elastic * -gap / (contact["exponent"] + 1)}
 
     def _load(self, height: Any) -> tuple[Any, Any, Any]:
-        """Return force and stored energy of the workpiece, and how deep the slider is in it."""
+        """Return force and stored energy of the workpiece, and the slider's depth in it."""
         load, p, depth = self.load, self.load_parameters, self.load["surface"] - height
         if not self.loaded:
             return REST.x, REST.x, REST.x
@@ -221,20 +221,20 @@ class Press:
         outside = dict.fromkeys(LOAD, zero) | {"low": -far, "high": rows[0][0] if rows else self.depth}
         if not rows:
             return [outside, outside | {"on": self.one, "low": self.depth, "high": far}]
-        pieces, stored = [outside], zero
+        pieces, total = [outside], zero
         for (h0, P0), (h1, P1) in pairwise([*rows, (far, rows[-1][1])]):
             slope = (P1 - P0) / (h1 - h0)
             base = P0 - slope * h0
-            energy = stored - h0 * (base + 0.5 * slope * h0)
+            energy = total - h0 * (base + 0.5 * slope * h0)
             pieces.append(dict(zip(LOAD, (self.one, base, slope, energy, h0, h1), strict=True)))
-            stored = stored + 0.5 * (P0 + P1) * (h1 - h0)
+            total = total + 0.5 * (P0 + P1) * (h1 - h0)
         return pieces
 
     def _balance(self, rod4: Rod, force: Plane, omega5: Any) -> tuple[Any, Any, Any]:
         """Return kinetic energy, weights times heights, and the power of the motor on the rods."""
         slider, reaction = self.bodies["slider"], force.times(-1.0)
         kinetic, height, power = 0.5 * slider["inertia"] * omega5**2, REST.x, REST.x
-        rods = [(name, rod, self.bodies[name]["centroid"]) for name, rod in self.driven.items()]
+        rods = [(name, rod, self.bodies[name]["centroid"]) for name, rod in self.chain.items()]
         for name, rod, along in [*rods, ("rod4", rod4, self.bodies["rod4"]["centroid"])]:
             m, J = self.bodies[name]["mass"], self.bodies[name]["inertia"]
             place, velocity, acceleration = rod.at(along)

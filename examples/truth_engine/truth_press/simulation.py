@@ -30,16 +30,16 @@ class Settings(NamedTuple):
 
 def settings(scene: Mapping[str, Any]) -> Settings:
     """Return the settings of a scene; of a bad one a `ValueError`."""
-    given = scene["solver"].get("truth", {})
-    bits = given.get("bits", QUADRUPLE)
+    keys = scene["solver"].get("truth", {})
+    bits = keys.get("bits", QUADRUPLE)
     if type(bits) is not int or not DOUBLE <= bits <= 1000:
         raise ValueError(
             f"solver.truth.bits = {bits!r} must be an integer: 53 (double), 113 (quadruple), more"
         )
-    if unknown := set(given) - set(Settings._fields):
+    if unknown := set(keys) - set(Settings._fields):
         raise ValueError(f"solver.truth: {min(unknown)} must be one of {', '.join(Settings._fields)}")
     depth = 1e-13 if bits == DOUBLE else 1e-24  # above the rounding of a gap
-    result = Settings(**{"bits": bits, "tolerance": TOLERANCE, "starting_depth": depth, **given})
+    result = Settings(**{"bits": bits, "tolerance": TOLERANCE, "starting_depth": depth, **keys})
     for name, low, high in (("tolerance", 1e-99, 1e-6), ("starting_depth", 1e-40, 1e-9)):
         value = getattr(result, name)
         if not (isinstance(value, float) and low <= value <= high):
@@ -48,7 +48,7 @@ def settings(scene: Mapping[str, Any]) -> Settings:
 
 
 def check(scene: Mapping[str, Any]) -> None:
-    """Refuse what is outside the model, or cannot be assembled: a `ValueError` with one line."""
+    """Refuse a scene outside the model, or that cannot be assembled: a `ValueError` with one line."""
     joints, law = scene["joints"], scene["contact"]["law"]
     if joints["crank_pin"] != "ideal":
         raise ValueError(f"joints.crank_pin = {joints['crank_pin']!r} must be 'ideal': the slider is loose")
@@ -65,8 +65,8 @@ def check(scene: Mapping[str, Any]) -> None:
     x = evaluate(tip, np.zeros((len(times), 1)), np.zeros(0), times)[0]
     if not np.isfinite(x).all():
         raise ValueError("mechanism: rod 2 does not reach the rocker at every crank angle")
-    aside, line = mechanism["guide_x"] - x, mechanism["reference_offset"]
-    reach = max(abs(aside[0] + scene["initial"]["slider_offset"]), *abs(aside), *abs(aside + line))
+    offset, line = mechanism["guide_x"] - x, mechanism["reference_offset"]
+    reach = max(abs(offset[0] + scene["initial"]["slider_offset"]), *abs(offset), *abs(offset + line))
     if reach >= mechanism["rod4"]["length"]:
         raise ValueError(f"mechanism: rod 4 does not reach the slider, which is up to {reach:g} m aside")
 
@@ -79,9 +79,9 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
     or the run takes too many steps.
     """
     check(scene)
-    chosen, drive, per_cycle = settings(scene), scene["drive"], scene["output"]["samples_per_cycle"]
-    arithmetic = Arithmetic.of(chosen.bits)
-    motion = Motion(Press(scene, arithmetic, chosen.starting_depth), arithmetic, chosen.tolerance)
+    config, drive, per_cycle = settings(scene), scene["drive"], scene["output"]["samples_per_cycle"]
+    arithmetic = Arithmetic.of(config.bits)
+    motion = Motion(Press(scene, arithmetic, config.starting_depth), arithmetic, config.tolerance)
     samples = range(round(drive["cycles"] * per_cycle) + 1)
     record = Recording(motion, arithmetic.array([motion.cycle * k / per_cycle for k in samples]))
     status, remedy = "success", ""
@@ -101,8 +101,8 @@ def simulate(scene: Mapping[str, Any], *, progress: Callable[[float], None] | No
         extrema={name: best for name, best in record.extrema.items() if name in record.columns},
         provenance={
             "formulation": "rod 4 and slider (2 coordinates)",
-            "integrator": f"Taylor series with located events, {chosen.bits} bits",
-            "settings": chosen._asdict(),
+            "integrator": f"Taylor series with located events, {config.bits} bits",
+            "settings": config._asdict(),
             "counters": {"steps": motion.steps, "switches": motion.switches, "contacts": len(rows)},
             "versions": {name: version(name) for name in ("heyoka", "numpy")},
         },
@@ -143,18 +143,18 @@ class Recording:
             self._extreme(channels[gap], (segment, times), gap, -1, contact, "gap")
             contact["largest_depth"] = -contact["gap"]
 
-    def _extreme(self, values: Any, where: Any, name: str, sign: int, best: dict[str, Any], key: str) -> None:
+    def _extreme(self, values: Any, place: Any, name: str, sign: int, best: dict[str, Any], key: str) -> None:
         """Put the extreme of a channel in a segment, and its time, in the place of one that is less so."""
-        segment, times = where
-        plain = sign * values.astype(float)
-        k, last = int(plain.argmax()), len(times) - 1
-        around = (max(k - 1, 0), min(k + 1, last))
-        bend = max(abs(plain[k] - plain[j]) for j in around)
-        if not plain[k] + bend > sign * best[key]:
+        segment, times = place
+        levels = sign * values.astype(float)
+        k, last = int(levels.argmax()), len(times) - 1
+        neighbours = (max(k - 1, 0), min(k + 1, last))
+        margin = max(abs(levels[k] - levels[j]) for j in neighbours)
+        if not levels[k] + margin > sign * best[key]:
             return
-        value, time, (low, high) = values[k], times[k], (times[j] for j in around)
+        value, time, (low, high) = values[k], times[k], (times[j] for j in neighbours)
         side = 1 if k == 0 else -1
-        turns = 0 < k < last or 2 * (plain[k] - plain[k + side]) < plain[k + side] - plain[k + 2 * side]
+        turns = 0 < k < last or 2 * (levels[k] - levels[k + side]) < levels[k + side] - levels[k + 2 * side]
         for _ in range(ZOOMS if turns else 0):
             grid = self.motion.arithmetic.array([low + (high - low) * j / 8 for j in range(9)])
             row = self.channels(segment, grid)[name]
@@ -186,8 +186,8 @@ class Recording:
         result["energy_gravity"] = self.first["height"] - values["height"]
         drive, damping, friction = (states.T[phase.states.index(name)] for name in INTEGRALS)
         result |= zip(INTEGRALS, (drive, damping, friction), strict=True)
-        gained = sum((values[name] - self.first[name] for name in energies), 0 * drive)
-        result["energy_residual"] = drive + result["energy_gravity"] - gained - damping - friction
+        gain = sum((values[name] - self.first[name] for name in energies), 0 * drive)
+        result["energy_residual"] = drive + result["energy_gravity"] - gain - damping - friction
         if not self.motion.press.loaded:
             del energies["energy_load"]
         return result | energies

@@ -110,7 +110,7 @@ def test_a_comparison_runs_at_the_settings_that_are_refined_to_or_at_strict():
     ("wanted", "fails", "limit", "taken"),
     [
         # Where finer settings stop the best of the others is taken, here with 1e-10 as its finer run
-        (1e-9, lambda t: "chatter" if t < 0.9e-10 else "", Limit.STOPPED, 1e-9),
+        (1e-9, lambda t: "chatter" if t < 0.9e-10 else "", Limit.FAILURE, 1e-9),
         # A setting too coarse for the scene is passed over
         (1e-6, lambda t: "bad input" if t > 0.9e-9 else "", None, 1e-10),
     ],
