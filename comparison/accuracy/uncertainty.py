@@ -247,15 +247,15 @@ def model_uncertainty(
         *runs.refinement,
         ensemble=tuple(map(values, ensemble)),
     )
-    floor = round_off(base, time, runs.base.known[name], learnt)
+    floor = round_off(base, time, runs.base.definitions[name], learnt)
     u = uncertainty(levels, windows(time, WINDOW * period), floor, whole=learnt is not None)
-    axes = runs.base.known[name].gap
+    axes = runs.base.definitions[name].gap
     if axes and {*axes} <= {*runs.base.names}:
         if near is None or len(axes) > 1:
             parts = [model_uncertainty(runs, axis, period, ensemble, every, learnt) for axis in axes]
             near = np.hypot.reduce([part for part in parts if part is not None])
         # The eccentricity of a journal is its clearance, the scale of both, where it touches.
-        closed = 0.0 if len(axes) == 1 else runs.base.known[axes[0]].given
+        closed = 0.0 if len(axes) == 1 else runs.base.definitions[axes[0]].given
         open_ = np.abs(np.hypot.reduce([values(runs.base, axis) for axis in axes]) - closed)
         touching = (base == 0.0) & (open_ <= near)
         u = np.where(touching, np.maximum(u, so_far(np.abs(base), learnt)), u)

@@ -447,8 +447,8 @@ def common_violations(keys: Any) -> Iterator[tuple[str, object, str]]:
             continue
         for key, value in settings.items():
             if not is_setting(value):
-                allowed = "must be a string, a boolean or a finite number"
-                yield f"solver.{name}.{key}", value, allowed
+                rule = "must be a string, a boolean or a finite number"
+                yield f"solver.{name}.{key}", value, rule
     for key, value in _numbers(keys.model_dump(exclude={"solver", "compare", "reliability"})):
         if value and not SMALLEST <= abs(value) <= LARGEST:
             yield key, value, f"must be 0 or between {SMALLEST:g} and {LARGEST:g}, of either sign"
