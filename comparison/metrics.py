@@ -55,18 +55,18 @@ def peaks(
     It is on the side to which the two go farther: else a wave that is as high as deep would have its peak
     above in one and below in the other. Of samples equally far, to round-off, the first counts.
     """
-    times = [np.append(time, [at for at, _ in more]) for more in between]
+    times = [np.append(time, [instant for instant, _ in points]) for points in between]
     signals = [
-        np.append(each, [value for _, value in more]) for each, more in zip((a, b), between, strict=True)
+        np.append(each, [value for _, value in points]) for each, points in zip((a, b), between, strict=True)
     ]
-    above = max(float(each.max()) for each in signals) - zero
-    below = zero - min(float(each.min()) for each in signals)
-    side = 1.0 if above >= (1.0 - EQUAL) * below else -1.0
+    height = max(float(each.max()) for each in signals) - zero
+    depth = zero - min(float(each.min()) for each in signals)
+    side = 1.0 if height >= (1.0 - EQUAL) * depth else -1.0
     pairs = []
-    for at, signal in zip(times, signals, strict=True):
+    for instants, signal in zip(times, signals, strict=True):
         heights = side * (signal - zero)
         index = int((heights >= heights.max() - EQUAL * abs(heights.max())).argmax())
-        pairs.append((float(signal[index]), float(at[index])))
+        pairs.append((float(signal[index]), float(instants[index])))
     return tuple(pairs)
 
 
@@ -215,10 +215,10 @@ def fit(a: Array, b: Array, *, scaled: bool = False, moved: bool = False) -> Fit
     rounding = 4 * np.spacing(max(np.abs(a).max(), np.abs(b).max()))
     errors = 2 * np.sqrt((count - 1) * np.var(parts, axis=0))
     errors += rounding / np.sqrt(np.mean(design**2, axis=0))
-    before, after = (float(np.sqrt(np.mean(rest**2))) for rest in (b - a, target - design @ whole))
+    difference, remainder = (float(np.sqrt(np.mean(rest**2))) for rest in (b - a, target - design @ whole))
     ratio, ratio_error = (float(whole[0]), float(errors[0])) if scaled else (1.0, 0.0)
     offset, offset_error = (float(whole[-1]), float(errors[-1])) if moved else (0.0, 0.0)
-    return Fit(ratio, offset, ratio_error, offset_error, after / before if before else nan)
+    return Fit(ratio, offset, ratio_error, offset_error, remainder / difference if difference else nan)
 
 
 # ---- contacts: matching, situations, forces, and the one that separates two groups of runs

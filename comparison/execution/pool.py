@@ -96,8 +96,8 @@ def work(
 
     An event is a `Share`, or the last of its task: the result of ``attempt`` (a function of a module that
     must not raise), `Death` or `Timeout`. Closing the generator (`contextlib.closing`) ends its workers at
-    once, except within `kept_workers`. At most ``n_workers`` work at a time. Of the tasks of one kind (by name, in
-    ``groups``) one works alone until the first event of any: it compiles the code that the others load.
+    once, except within `kept_workers`. At most ``n_workers`` work at a time. Of the tasks of one kind (by
+    name, in ``groups``) one works alone until the first event of any, to compile what the others load.
 
     A task that takes longer than the limit (s) is terminated with its process: counted from where it reports
     a share of 0; until then, to start a process and to compile, it has `READY` times as long. At ``until``,

@@ -214,7 +214,7 @@ def _code(job: Job) -> tuple[object, ...]:
 
 
 def _in_order(jobs: Mapping[str, Job]) -> list[tuple[str, Job]]:
-    """Order jobs: one of each `_code`, the reference's ahead, then the others; each time the longest first."""
+    """Order jobs: one of each `_code`, the reference's ahead, then the others; the longest first."""
     longest = sorted(jobs, key=lambda key: (-jobs[key].cost, key))
     first = {_code(jobs[key]): key for key in reversed(longest)}
     ahead = sorted(first.values(), key=lambda key: (jobs[key].model != "reference", longest.index(key)))

@@ -194,7 +194,7 @@ def run_sides(
     results: dict[int, Source | SolverError] = {}
     with closing(_results(runs, *work_limits)) as outcomes:
         for number, result in outcomes:
-            results[number] = _read(result, runs[number], dialects[number])
+            results[number] = _source_of(result, runs[number], dialects[number])
             on_progress(len(results) / len(runs))
     return [results[number] for number in range(len(runs))]
 
@@ -249,7 +249,7 @@ def _attempt(run: Callable[[], Any]) -> Any:
         return SolverError(" ".join(f"{type(error).__name__}: {error}".split())[:_LONGEST])
 
 
-def _read(result: Any, run: Run, dialect: Dialect) -> Source | SolverError:
+def _source_of(result: Any, run: Run, dialect: Dialect) -> Source | SolverError:
     """Return the table of a run under its side's name, or its error."""
     label = run.side.label
     if isinstance(result, SolverError):
@@ -258,10 +258,10 @@ def _read(result: Any, run: Run, dialect: Dialect) -> Source | SolverError:
         path = Path(folder, label.replace("/", "-"))
         try:
             if isinstance(result, tuple):
-                content, stored = result
+                content, is_stored = result
                 path.write_bytes(content)
                 source = open_source(path, dialect)
-                notes = [*source.notes, *[_CACHE_NOTE] * stored]
+                notes = [*source.notes, *[_CACHE_NOTE] * is_stored]
                 return replace(source, path=Path(label), notes=notes)
             frame = as_source(result, label)
         except TableError as error:

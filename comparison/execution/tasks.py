@@ -74,7 +74,7 @@ def measure_all(
         folder = cache_folder() / "-".join([ROWS, *measure.__module__.split(".")[-2:]])
     keys = _keys(measure, tasks)
     by_key = dict(zip(keys, tasks, strict=True))
-    rows = {key: stored for key in by_key if (stored := fetch_row(folder, key)) is not None}
+    rows = {key: entry for key in by_key if (entry := fetch_row(folder, key)) is not None}
     queue = sorted(by_key.keys() - rows.keys(), key=lambda key: (-by_key[key].cost, key))
     total = sum(task.cost for task in by_key.values()) or 1.0
     progress = total - sum(by_key[key].cost for key in queue)

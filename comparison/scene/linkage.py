@@ -285,8 +285,8 @@ class LinkageKeys(Section):
             yield "drive.torque_table", rows, "must lead from 0 to 360 deg, with equal torques there"
         if any(after[0] <= before[0] for before, after in pairwise(rows)):
             yield "drive.torque_table", rows, "must have rising angles"
-        loose, body = self.clearance, drive.body
-        carriers = {guide.body: guide.on for name, guide in self.guide.items() if name not in loose}
+        gaps, body = self.clearance, drive.body
+        carriers = {guide.body: guide.on for name, guide in self.guide.items() if name not in gaps}
         while body in carriers:
             body = carriers.pop(body)
         if body == "frame" and not drive.free:

@@ -57,7 +57,7 @@ def holes(time: Array) -> list[Hole]:
     return [Hole(float(time[n]), float(time[n + 1]), int(missing[n])) for n in starts]
 
 
-def isolated(time: Array, values: Array, limit: float) -> Array:
+def isolation(time: Array, values: Array, limit: float) -> Array:
     """Return each sample's distance from its neighbours where it exceeds a limit, else 0; for n >= 4.
 
     The distance is the smaller one from their line and from the cubic spline through every second sample: a

@@ -169,7 +169,7 @@ def decode(content: bytes) -> str:
 
 
 def parse_text(path: Path, text: str, dialect: Dialect) -> Source:
-    """Read the columns of a text with line feeds; unclear ones are a `TableError`, without the file's name."""
+    """Read the columns of a text with line feeds; unclear ones are a `TableError` without the file's name."""
     lines = [_Line(n, line) for n, line in enumerate(text.split("\n"), 1) if line.strip(" \t")]
     if not lines:
         raise TableError("is empty")

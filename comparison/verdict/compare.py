@@ -19,7 +19,7 @@ from comparison.execution.run import contact_warnings
 from comparison.formatting import holes_line, instant, spans
 from comparison.metrics import pulses_of
 from comparison.scene import Scene, SceneError, scene_from_mapping
-from comparison.tables.align import Alignment, align, cut, holes, isolated, unwrap
+from comparison.tables.align import Alignment, align, cut, holes, isolation, unwrap
 from comparison.tables.channels import Array, expected
 from comparison.tables.table import Table, TableError, check, slacks
 from comparison.verdict.channel import NO_CRITERIA, Criteria, Samples, apply_gate, between, compare_channel
@@ -360,7 +360,7 @@ def _interpolation_warnings(
         if result.tolerance is None:
             continue
         values = unwrap(runs.base.values(name), result.definition)
-        apart = between * isolated(time, values, result.tolerance)
+        apart = between * isolation(time, values, result.tolerance)
         at = int(apart.argmax())
         if apart[at]:
             when, size = instant(time[at], time[at - 1], time[at + 1]), f"{apart[at]:.3g} {result.unit}"
