@@ -291,14 +291,14 @@ class _Pair:
         elif source.time_name == "#1":
             frame, units = frame.rename(columns={"#1": "time"}), {}
         names = {name: f"{name} [{unit}]" for name, unit in units.items() if unit}
-        beside = source.companions
+        companions = source.companions
         return Table(
             frame.rename(columns=names),
-            beside.events,
-            beside.extrema,
-            beside.provenance,
-            pulses=beside.pulses,
-            cycle_extrema=beside.cycle_extrema,
+            companions.events,
+            companions.extrema,
+            companions.provenance,
+            pulses=companions.pulses,
+            cycle_extrema=companions.cycle_extrema,
         )
 
 

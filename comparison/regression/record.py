@@ -134,7 +134,7 @@ def read(path: Path) -> Baseline:
         except ValidationError as error:  # the place of a bad value and the rule
             raise BaselineError(explain(error, Baseline)) from error
     if baseline.checksum != checksum(baseline):
-        fault = "was changed since: its checksum does not match" if baseline.checksum else "has no checksum"
+        fault = "does not match its checksum: it was edited" if baseline.checksum else "has no checksum"
         raise BaselineError(f"{path}: {fault}; restore it, or delete it and run sixbar gate --update")
     return baseline.model_copy(update={"checksum": ""})
 

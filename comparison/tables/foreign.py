@@ -397,7 +397,7 @@ def _select_rows(frame: pd.DataFrame, at_events: str | None, name: str) -> pd.Da
         return frame
     where = f"{name}: time {time[row]!s} s is repeated in data row {row + 1} (such rows: {count})"
     if count > time.size // 2:
-        raise TableError(f"{where}: most rows have the time before: too few digits?")
+        raise TableError(f"{where}: most rows repeat the time of the row above: too few digits?")
     if at_events is None:
         events = "write one row of each time, or sixbar compare chooses by --at-events left, right or both"
         raise TableError(f"{where}: {events}")
