@@ -115,7 +115,7 @@ def _beyond_range(time: Array, values: Array, other: Array, reach: float) -> Arr
     windows = np.column_stack(
         [np.searchsorted(axis, time - reach), np.searchsorted(axis, time + reach, side="right")]
     ).ravel()
-    # An index past the end ends the last window; what lies between two windows is not used.
+    # An index past the end ends the last window; values between two windows are not used.
     padded = np.append(other, other[-1])
     ends = [np.interp(time + side * reach, axis, other) for side in (-1.0, 1.0)]
     low = np.min([np.minimum.reduceat(padded, windows)[::2], *ends], axis=0)
@@ -410,7 +410,7 @@ def pulses_of(table: Table) -> list[Pulse]:
 
 
 class Parting(NamedTuple):
-    """A contact that separates two groups of runs: its start, s, and how many runs of each group have it."""
+    """A contact that separates two groups of runs: its start, s, and the runs of each group that have it."""
 
     corner: str
     start: float

@@ -186,7 +186,7 @@ def run_sides(
     work_limits: tuple[int, float],
     on_progress: Progress,
 ) -> list[Source | SolverError]:
-    """Return the table or the error of each run; ``work_limits``: how many at a time, and how long, s.
+    """Return the table or the error of each run; ``work_limits``: number at a time, time limit in s.
 
     With up to one job functions run in this process, without a limit; more are spawned, and a script needs
     ``if __name__ == "__main__":``. Commands are processes of their own in any case.

@@ -138,7 +138,7 @@ _ALIGNMENT = 8  # bytes
 def pack(value: Any) -> bytes:
     """Return a result as bytes; equal results give equal bytes.
 
-    It consists of what JSON has, of tuples, arrays and data frames, and of this package's dataclasses, named
+    It consists of JSON's types, of tuples, arrays and data frames, and of this package's dataclasses, named
     tuples, enumerations and models of pydantic; a `TypeError` for anything else.
     """
     import pandas as pd  # which a run that is only written does without

@@ -77,7 +77,7 @@ class Check(NamedTuple):
 
     @property
     def status(self) -> Literal["passed", "failed", "skipped", "error"]:
-        """A "failed" check is a regression; "error": a process died, or a model raised what it should not."""
+        """A "failed" check is a regression; "error": a process died, or a model failed unexpectedly."""
         if self.kind is None:
             return "passed"
         if self.kind is Kind.FAILED and self.data["outcome"].status == "crashed":
@@ -112,7 +112,7 @@ class Gate:
 
     @property
     def exit_code(self) -> int:
-        """0; 1 with a regression; 70 where a process died or a model raised what it should not."""
+        """0; 1 with a regression; 70 where a process died or a model raised an unexpected error."""
         return 70 if any(check.status == "error" for check in self.checks) else int(bool(self.regressions))
 
 

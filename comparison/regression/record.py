@@ -57,7 +57,7 @@ RECORDED = range(8)
 CONFIRMING = range(8, 28)
 """Numbers of the neighbours that confirm a failed check: twenty, as a "differ" needs 19 at least."""
 LATER = 5
-"""Chatter ends earlier or later from one start to the next, and what is left of it falls by decades within a
+"""Chatter ends earlier or later from one start to the next, and its remainder falls by decades within a
 hundredth of a cycle: neighbours are compared within a window wider than that of u by this factor."""
 RATES = Path("reports/trust/trust.json")
 """The measured rates of the verdicts' errors, as seen from the baseline's folder."""
@@ -80,7 +80,7 @@ class _Part(BaseModel):
 
 
 class Checkpoint(NamedTuple):
-    """A value at a predictable sample (time in s), and how far another run of the model may be from it."""
+    """A value at a predictable sample (time in s), and the threshold for another run of the model."""
 
     time: Finite
     value: Finite
@@ -92,7 +92,7 @@ class RunRecord(_Part):
 
     settings: dict[str, str | bool | int | float]  # the scene's of this model, with the formulation it chose
     counters: dict[str, Count]  # of the work, and the number of contacts
-    spread: dict[str, Count] = {}  # by how much they differ between neighbouring starts
+    spread: dict[str, Count] = {}  # largest differences of these between neighbouring starts
     unexcited: list[str] = []  # channels that are constant: their range is below their floor
     unpredictable: list[str] = []  # channels without a predictable sample at which something happens
     channels: dict[str, list[Checkpoint]]
@@ -125,7 +125,7 @@ class Baseline(_Part):
 
 
 def read(path: Path) -> Baseline:
-    """Read a baseline; a `BaselineError` where there is none, or it is not what `write` writes."""
+    """Read a baseline; a `BaselineError` without one, or for a file that `write` has not written."""
     with reading(path, BaselineError, "TOML"):
         try:
             baseline = Baseline.model_validate(tomllib.loads(contents(path)))
@@ -191,7 +191,7 @@ def write(baseline: Baseline, path: Path) -> Path:
     return path
 
 
-# ---- what it records
+# ---- runs and their records
 
 
 def gated_runs(scene: Scene) -> dict[Which, Job]:

@@ -150,7 +150,7 @@ def _words(name: str) -> str:
     return " ".join(sorted(re.split(r"[._]", name.lower())))
 
 
-# ---- overrides, what follows from them, and errors of validation
+# ---- overrides and their consequences, and errors of validation
 
 LONGEST = 90
 """Longest name that lists all changes: the schema allows 100 characters, with a hash."""

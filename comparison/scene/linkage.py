@@ -46,7 +46,7 @@ from comparison.scene.schema import (
 NAME_TABLES = ("body", "pin", "guide", "spring", "initial", "guess")
 """Tables that hold a table for each name, of a body in the last two."""
 STEPS_IN_TURN, STEPS = 50_000, 100_000
-"""Default steps of Exudyn at least, in a turn of what a speed drives, else in the duration."""
+"""Least default steps of Exudyn, in a turn where a speed drives, else in the duration."""
 ENERGIES = ("kinetic", "gravity", "drive", "spring", "contact", "damping", "friction", "load", "residual")
 DEG, N_M = Unit("deg"), Unit("N m")
 CORNERS = (".ll", ".lr", ".ul", ".ur")

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from comparison.scene.linkage import contacts, quantities
 
 Array = NDArray[np.float64]
-"""Values of a channel, and what is computed from them."""
+"""Values of a channel, and numbers computed from them."""
 BoolArray = NDArray[np.bool_]
 CORNERS = {"ll": "lower left", "lr": "lower right", "ul": "upper left", "ur": "upper right"}
 PIN = "pin"

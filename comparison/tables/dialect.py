@@ -23,7 +23,7 @@ from comparison.tables.units import parse_unit, same_dimension
 _SPACES = r"\s+"  # the separator: any number of spaces and tabs
 _SEPARATORS = (";", "\t", ",", _SPACES)
 _COMMENTS = ("#", "%", "!")
-_DIGIT = re.compile(r"\W*(?:\d|nan|inf)", re.IGNORECASE)  # how a number begins, also one that is misread
+_DIGIT = re.compile(r"\W*(?:\d|nan|inf)", re.IGNORECASE)  # beginning of a number, also of a misread one
 _EXPONENT = r"(?:[eEdDqQ][+-]?\d+|[+-]\d{3})?"  # Fortran's has a D, or no letter before three digits
 _FORTRAN = re.compile(  # 1.5D-3, 1.5-101
     r"([+-]?(?=\.?\d)\d*\.?\d*)[dDqQ]([+-]?\d+)|([+-]?(?=\.?\d)\d*\.\d*)([+-]\d{3})"
@@ -236,7 +236,7 @@ def _value(text: str) -> float:
 
 
 def _first_row(lines: Sequence[_Line], dialect: Dialect) -> tuple[int, _Layout]:
-    """Return the place of the first row of numbers among lines, and how it is split.
+    """Return the place of the first row of numbers among lines, and the layout of the lines.
 
     Either all its fields are numbers, and the next row has as many; or both rows have a number below the name
     of the time.

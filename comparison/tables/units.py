@@ -56,7 +56,7 @@ _BETWEEN = re.compile(r"[\s*·.]+|(?<=[^\W\d])-(?=[^\W\d])")
 
 
 class Unit(NamedTuple):
-    """Unit: its multiple of SI, exact but for angles, and the exponents of kg, m, s and rad."""
+    """Unit: its multiple of SI, exact except for angles, and the exponents of kg, m, s and rad."""
 
     factor: Fraction
     powers: tuple[int, ...]
