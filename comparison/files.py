@@ -64,7 +64,7 @@ def _too_large(path: Path, most: int) -> OSError:
     return OSError(errno.EFBIG, f"is larger than {most} bytes", str(path))
 
 
-def expanded(path: Path) -> Path:
+def expand_home(path: Path) -> Path:
     """Replace a leading ``~``, which a shell leaves in ``--out=~/a``; `FolderError` without such a user."""
     try:
         return path.expanduser()
@@ -74,16 +74,16 @@ def expanded(path: Path) -> Path:
 
 def check_folder(folder: Path) -> Path:
     """Return a folder with ``~`` expanded; raise a `FolderError` if it cannot be written to."""
-    folder = expanded(folder)
+    folder = expand_home(folder)
     try:
-        existing = next(path for path in (folder, *folder.parents) if path.exists() or path.is_symlink())
-        if not existing.is_dir():
-            kind = "is not a folder" if existing.exists() else "is a link to nothing"
-            raise FolderError(f"{existing}: {kind}")
-        with tempfile.TemporaryFile(dir=existing):
+        ancestor = next(path for path in (folder, *folder.parents) if path.exists() or path.is_symlink())
+        if not ancestor.is_dir():
+            kind = "is not a folder" if ancestor.exists() else "is a link to nothing"
+            raise FolderError(f"{ancestor}: {kind}")
+        with tempfile.TemporaryFile(dir=ancestor):
             pass
     except PermissionError as error:
-        raise FolderError(f"{existing}: no permission to write here") from error
+        raise FolderError(f"{ancestor}: no permission to write here") from error
     except OSError as error:
         raise FolderError(f"{folder}: cannot be written: {error.strerror or error}") from error
     return folder
@@ -91,7 +91,7 @@ def check_folder(folder: Path) -> Path:
 
 def check_file(path: Path) -> Path:
     """Return a path with ``~`` expanded; raise a `FolderError` if the file cannot be written."""
-    path = expanded(path)
+    path = expand_home(path)
     if len(os.fsencode(path.name)) > LONGEST_NAME:
         raise FolderError(f"{path}: the name is longer than {LONGEST_NAME} bytes")
     check_folder(path.parent)
@@ -162,15 +162,15 @@ def write_text(text: str, path: Path) -> None:
 
 def json_text(value: Mapping[str, Any]) -> str:
     """Return strict JSON, with null for non-finite numbers; a value without equivalent is a `TypeError`."""
-    return json.dumps(plain(value), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    return json.dumps(json_value(value), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def plain(value: Any) -> Any:
+def json_value(value: Any) -> Any:
     """Replace values that JSON lacks: non-finite numbers by None, numpy's by Python's."""
     if isinstance(value, Mapping):
-        return {str(key): plain(part) for key, part in value.items()}
+        return {str(key): json_value(part) for key, part in value.items()}
     if isinstance(value, list | tuple):
-        return [plain(part) for part in value]
+        return [json_value(part) for part in value]
     if isinstance(value, np.generic):
-        return plain(value.item())
+        return json_value(value.item())
     return None if isinstance(value, float) and not math.isfinite(value) else value

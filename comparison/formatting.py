@@ -93,6 +93,6 @@ def percent(share: float, error: float = 0.0) -> str:
 
 def table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Return a Markdown table; bars inside cells are escaped."""
-    escaped = [[cell.replace("|", r"\|") for cell in cells] for cells in (headings, *rows)]
-    head, *body = [f"| {' | '.join(cells)} |" for cells in escaped]
+    texts = [[cell.replace("|", r"\|") for cell in cells] for cells in (headings, *rows)]
+    head, *body = [f"| {' | '.join(cells)} |" for cells in texts]
     return "\n".join([head, f"|{'---|' * len(headings)}", *body])

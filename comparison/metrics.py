@@ -31,7 +31,7 @@ def maximum(difference: Array) -> float:
 
 def rms(time: Array, difference: Array) -> float:
     """Return the root mean square over time: a sample weighs the mean distance to its neighbours."""
-    # Taken out before squaring, so that in no unit it overflows or underflows
+    # Squares of shares overflow or underflow in no unit
     largest = maximum(difference)
     if largest == 0.0:
         return 0.0
@@ -52,21 +52,21 @@ def peaks(
 ) -> tuple[tuple[float, float], ...]:
     """Return value and instant of the peak of either signal: the sample, or extremum, farthest from a zero.
 
-    It is on the side to which the two go farther: a wave that is as high as it is deep would else have its
-    peak above in one and below in the other. Of samples equally far, to round-off, the first counts.
+    It is on the side to which the two go farther: else a wave that is as high as deep would have its peak
+    above in one and below in the other. Of samples equally far, to round-off, the first counts.
     """
-    times = [np.append(time, [at for at, _ in more]) for more in between]
+    times = [np.append(time, [instant for instant, _ in points]) for points in between]
     signals = [
-        np.append(each, [value for _, value in more]) for each, more in zip((a, b), between, strict=True)
+        np.append(each, [value for _, value in points]) for each, points in zip((a, b), between, strict=True)
     ]
-    above = max(float(each.max()) for each in signals) - zero
-    below = zero - min(float(each.min()) for each in signals)
-    side = 1.0 if above >= (1.0 - EQUAL) * below else -1.0
+    height = max(float(each.max()) for each in signals) - zero
+    depth = zero - min(float(each.min()) for each in signals)
+    side = 1.0 if height >= (1.0 - EQUAL) * depth else -1.0
     pairs = []
-    for at, signal in zip(times, signals, strict=True):
-        away = side * (signal - zero)
-        farthest = int((away >= away.max() - EQUAL * abs(away.max())).argmax())
-        pairs.append((float(signal[farthest]), float(at[farthest])))
+    for instants, signal in zip(times, signals, strict=True):
+        heights = side * (signal - zero)
+        index = int((heights >= heights.max() - EQUAL * abs(heights.max())).argmax())
+        pairs.append((float(signal[index]), float(instants[index])))
     return tuple(pairs)
 
 
@@ -78,8 +78,8 @@ def correlation(time: Array, a: Array, b: Array) -> float:
     directions = []
     for signal in (a, b):
         signal = signal / maximum(signal)  # squares must neither over- nor underflow
-        moving = roots * (signal - np.average(signal, weights=roots**2))
-        directions.append(moving / np.linalg.norm(moving))
+        direction = roots * (signal - np.average(signal, weights=roots**2))
+        directions.append(direction / np.linalg.norm(direction))
     return float(np.clip(directions[0] @ directions[1], -1.0, 1.0))
 
 
@@ -108,16 +108,16 @@ def tube_distance(time: Array, a: Array, b: Array, reach: float) -> Array:
 
 
 def _beyond_range(time: Array, values: Array, other: Array, reach: float) -> Array:
-    """Return how far values lie outside the range of another signal, which is continued beyond its ends."""
+    """Return the distance of values from the range of another signal, which is continued beyond its ends."""
     steps = np.diff(other) / np.diff(time)
-    long = np.concatenate([[time[0] - reach], time, [time[-1] + reach]])
+    axis = np.concatenate([[time[0] - reach], time, [time[-1] + reach]])
     other = np.concatenate([[other[0] - steps[0] * reach], other, [other[-1] + steps[-1] * reach]])
     windows = np.column_stack(
-        [np.searchsorted(long, time - reach), np.searchsorted(long, time + reach, side="right")]
+        [np.searchsorted(axis, time - reach), np.searchsorted(axis, time + reach, side="right")]
     ).ravel()
-    # An index past the end ends the last window; what lies between two windows is not used.
+    # An index past the end ends the last window; values between two windows are not used.
     padded = np.append(other, other[-1])
-    ends = [np.interp(time + side * reach, long, other) for side in (-1.0, 1.0)]
+    ends = [np.interp(time + side * reach, axis, other) for side in (-1.0, 1.0)]
     low = np.min([np.minimum.reduceat(padded, windows)[::2], *ends], axis=0)
     high = np.max([np.maximum.reduceat(padded, windows)[::2], *ends], axis=0)
     return np.asarray(np.maximum(np.maximum(low - values, values - high), 0.0))
@@ -169,13 +169,13 @@ def distances(members: Array, run: Array, floor: Array) -> tuple[Array, float]:
     if not run.size:
         return np.zeros(count), 0.0
     centre = members.mean(axis=0)
-    off = members - centre
-    squares = (off**2).sum(axis=0)
-    away = float((np.abs(run - centre) / np.maximum(np.sqrt(squares / count), floor)).max())
+    deviations = members - centre
+    squares = (deviations**2).sum(axis=0)
+    distance = float((np.abs(run - centre) / np.maximum(np.sqrt(squares / count), floor)).max())
     # Without member i the mean moves by -off_i / (n - 1); the sum of squares about it follows from that.
-    rest = np.maximum(squares - off**2 * (count / (count - 1)), 0.0) / (count - 1)
-    left_out = np.abs(off) * (count / (count - 1)) / np.maximum(np.sqrt(rest), floor)
-    return left_out.max(axis=1), away
+    variances = np.maximum(squares - deviations**2 * (count / (count - 1)), 0.0) / (count - 1)
+    ratios = np.abs(deviations) * (count / (count - 1)) / np.maximum(np.sqrt(variances), floor)
+    return ratios.max(axis=1), distance
 
 
 # ---- linear relation of two signals, with the errors of its coefficients
@@ -207,18 +207,18 @@ def fit(a: Array, b: Array, *, scaled: bool = False, moved: bool = False) -> Fit
     count = min(_BLOCKS, a.size)
     blocks = np.arange(a.size) * count // a.size
 
-    def solved(kept: BoolArray) -> Array:
-        return np.asarray(np.linalg.lstsq(design[kept], target[kept], rcond=None)[0], dtype=np.float64)
+    def solve(mask: BoolArray) -> Array:
+        return np.asarray(np.linalg.lstsq(design[mask], target[mask], rcond=None)[0], dtype=np.float64)
 
-    whole = solved(np.ones(a.shape, dtype=np.bool_))
-    parts = np.array([solved(blocks != n) for n in range(count)])
+    whole = solve(np.ones(a.shape, dtype=np.bool_))
+    parts = np.array([solve(blocks != n) for n in range(count)])
     rounding = 4 * np.spacing(max(np.abs(a).max(), np.abs(b).max()))
     errors = 2 * np.sqrt((count - 1) * np.var(parts, axis=0))
     errors += rounding / np.sqrt(np.mean(design**2, axis=0))
-    before, after = (float(np.sqrt(np.mean(rest**2))) for rest in (b - a, target - design @ whole))
+    difference, remainder = (float(np.sqrt(np.mean(rest**2))) for rest in (b - a, target - design @ whole))
     ratio, ratio_error = (float(whole[0]), float(errors[0])) if scaled else (1.0, 0.0)
     offset, offset_error = (float(whole[-1]), float(errors[-1])) if moved else (0.0, 0.0)
-    return Fit(ratio, offset, ratio_error, offset_error, after / before if before else nan)
+    return Fit(ratio, offset, ratio_error, offset_error, remainder / difference if difference else nan)
 
 
 # ---- contacts: matching, situations, forces, and the one that separates two groups of runs
@@ -229,7 +229,7 @@ IntArray = NDArray[np.intp]
 # contacts of one corner in the shipped scenes (4.4e-4 of a cycle), so that matching is unique during chatter;
 # where runs are predictable their starts agree to 1e-4 of a cycle.
 WINDOW = 1 / 5000
-PARTED = 0.9  # least difference of the shares of two groups that have a contact, for it to separate them
+PARTED = 0.9  # a contact whose shares in two groups differ by so much separates them
 
 SITUATIONS = {
     "free": "free",
@@ -239,9 +239,9 @@ SITUATIONS = {
 }
 """The paper's four contact situations of the slider (Sec. 2, Fig. 3); opposite: at both walls at once."""
 
-PULSE_POINTS = 20  # of a pulse at least; fewer noted ones are joined by a monotone spline
-PULSE_PEAK = 0.01  # relative distance of a pulse's peak from that of the event table at most
-_NOTED = 5  # points that a model must have noted of a contact, its peak among them
+PULSE_POINTS = 20  # least points of a pulse; fewer are joined by a monotone spline
+PULSE_PEAK = 0.01  # largest relative distance of a pulse's peak from that of the event table
+_NOTED = 5  # least points of a contact that a model records, its peak among them
 
 
 @dataclass(frozen=True)
@@ -249,9 +249,9 @@ class Impacts:
     """Agreement of the contacts of b with those of a; a number is nan where there is nothing to compare.
 
     ``pairs`` are the matched rows of both, shape (m, 2); precision and recall the shares of b's and of a's
-    contacts that are matched. Errors of speed and peak force are the largest over the largest value; that of
-    the total impulse is of all contacts, matched or not, that of the impulse the sum over matched ones, both
-    over the mean of the two totals. Impulses depend less on compliance than peak forces.
+    contacts that are matched. Errors of speed and peak force are the largest over the largest value. The
+    error of the total impulse is that of all contacts, the error of the impulse the sum over matched ones,
+    both over the mean of the two totals. Impulses depend less on compliance than peak forces.
     """
 
     pairs: IntArray
@@ -267,12 +267,12 @@ class Impacts:
     peak_force_error: float
 
 
-def touched(*tables: pd.DataFrame | None) -> list[str]:
+def places_of(*tables: pd.DataFrame | None) -> list[str]:
     """Return the places of the contacts in event tables: the press's in their order, then others."""
-    seen = dict.fromkeys(
+    places = dict.fromkeys(
         place for table in tables if table is not None and len(table) for place in table["corner"]
     )
-    return sorted(map(str, seen), key=lambda place: [*CONTACTS, place].index(place))
+    return sorted(map(str, places), key=lambda place: [*CONTACTS, place].index(place))
 
 
 def match(a: pd.DataFrame, b: pd.DataFrame, window: float) -> IntArray:
@@ -281,15 +281,15 @@ def match(a: pd.DataFrame, b: pd.DataFrame, window: float) -> IntArray:
     Two contacts match if they are at the same corner, each one's start is the nearest start of the other
     table to the other's (of two equally near the earlier), and both are at most ``window`` apart.
     """
-    matched = [np.empty((0, 2), dtype=np.intp)]
-    for place in touched(a, b):
+    matches = [np.empty((0, 2), dtype=np.intp)]
+    for place in places_of(a, b):
         (rows_a, starts_a), (rows_b, starts_b) = starts_at(a, place), starts_at(b, place)
         if rows_a.size and rows_b.size:
             partner = _nearest(starts_a, starts_b)
             mutual = _nearest(starts_b, starts_a)[partner] == np.arange(rows_a.size)
             mutual &= np.abs(starts_b[partner] - starts_a) <= window
-            matched.append(np.column_stack([rows_a, rows_b[partner]])[mutual])
-    pairs = np.concatenate(matched)
+            matches.append(np.column_stack([rows_a, rows_b[partner]])[mutual])
+    pairs = np.concatenate(matches)
     return pairs[np.lexsort((pairs[:, 0], _column(a, "start")[pairs[:, 0]]))]
 
 
@@ -304,7 +304,7 @@ def compare_impacts(
     pairs, events = match(a, b, window), (a, b)
     part = part or (np.ones(len(a), np.bool_), np.ones(len(b), np.bool_))
     pairs = pairs[part[0][pairs[:, 0]] | part[1][pairs[:, 1]]]
-    counted = [np.union1d(np.flatnonzero(own), pairs[:, side]) for side, own in enumerate(part)]
+    selections = [np.union1d(np.flatnonzero(mask), pairs[:, side]) for side, mask in enumerate(part)]
 
     def differences(name: str) -> Array:
         first, second = (_column(table, name)[pairs[:, side]] for side, table in enumerate(events))
@@ -313,20 +313,18 @@ def compare_impacts(
     def largest(name: str) -> float:
         if not len(pairs):
             return np.nan
-        largest_of_each = (
-            _column(table, name)[rows].max() for table, rows in zip(events, counted, strict=True)
-        )
-        return _ratio(differences(name).max(), max(largest_of_each))
+        maxima = (_column(table, name)[rows].max() for table, rows in zip(events, selections, strict=True))
+        return _ratio(differences(name).max(), max(maxima))
 
     delays = differences("start")
-    totals = [_column(table, "impulse")[rows].sum() for table, rows in zip(events, counted, strict=True)]
+    totals = [_column(table, "impulse")[rows].sum() for table, rows in zip(events, selections, strict=True)]
     mean = sum(totals) / 2
     return Impacts(
         pairs=pairs,
-        count_a=counted[0].size,
-        count_b=counted[1].size,
-        precision=_ratio(len(pairs), counted[1].size),
-        recall=_ratio(len(pairs), counted[0].size),
+        count_a=selections[0].size,
+        count_b=selections[1].size,
+        precision=_ratio(len(pairs), selections[1].size),
+        recall=_ratio(len(pairs), selections[0].size),
         largest_delay=float(delays.max()) if delays.size else np.nan,
         median_delay=float(np.median(delays)) if delays.size else np.nan,
         normal_speed_error=largest("normal_speed"),
@@ -337,7 +335,7 @@ def compare_impacts(
 
 
 def begin_where(events: pd.DataFrame, time: Array, holds: Mapping[str, BoolArray]) -> BoolArray:
-    """Return by row which contacts start where their corner's mask is true at the samples on either side."""
+    """Return a mask of the contacts that start between two samples at which their corner's mask is true."""
     begins = np.zeros(len(events), dtype=np.bool_)
     for place, mask in holds.items():
         rows, starts = starts_at(events, place)
@@ -368,11 +366,11 @@ def time_shares(events: pd.DataFrame, span: tuple[float, float]) -> dict[str, fl
     """Return the share of a span of time that the slider spends in each of the `SITUATIONS`, to round-off."""
     bounds = np.clip(np.column_stack([_column(events, "start"), _column(events, "end")]), *span)
     contacts = {place: bounds[starts_at(events, place)[0]] for place in CORNERS}
-    edges = np.unique(np.concatenate([span, *(own.ravel() for own in contacts.values())]))
+    edges = np.unique(np.concatenate([span, *(intervals.ravel() for intervals in contacts.values())]))
     lengths, touches = np.diff(edges) / (span[1] - span[0]), {}  # 1 where a corner touches
-    for place, own in contacts.items():
-        begun, ended = (np.searchsorted(np.sort(column), edges[:-1], "right") for column in own.T)
-        touches[place] = (begun > ended).astype(np.intp)
+    for place, intervals in contacts.items():
+        starts, ends = (np.searchsorted(np.sort(column), edges[:-1], "right") for column in intervals.T)
+        touches[place] = (starts > ends).astype(np.intp)
     left, right = touches["ll"] + touches["ul"], touches["lr"] + touches["ur"]
     situation = np.where(np.minimum(left, right) > 0, 3, np.maximum(left, right))
     return {name: float(lengths[situation == k].sum()) for k, name in enumerate(SITUATIONS)}
@@ -412,11 +410,11 @@ def pulses_of(table: Table) -> list[Pulse]:
 
 
 class Parting(NamedTuple):
-    """A contact that separates two groups of runs: its start, s, and how many runs of each group have it."""
+    """A contact that separates two groups of runs: its start, s, and the runs of each group that have it."""
 
     corner: str
     start: float
-    having: tuple[int, int]
+    counts: tuple[int, int]
     sizes: tuple[int, int]
 
 
@@ -425,26 +423,26 @@ def parting_contact(
 ) -> Parting | None:
     """Find the first contact that separates two groups of runs, by their event tables; None without one.
 
-    A run has a contact if one of the same corner starts within `WINDOW`. Those after ``until`` (s) are
+    A run has a contact if one of the same corner starts within `WINDOW`. Contacts after ``until`` (s) are
     consequences.
     """
     partings = []
     window, sizes = WINDOW * period, (len(groups[0]), len(groups[1]))
 
-    def near(instants: Array, starts: Array) -> BoolArray:
+    def has_start(instants: Array, starts: Array) -> BoolArray:
         return np.searchsorted(starts, instants + window) > np.searchsorted(starts, instants - window)
 
-    for corner in touched(*groups[0], *groups[1]):
+    for corner in places_of(*groups[0], *groups[1]):
         starts = [[starts_at(events, corner)[1] for events in group] for group in groups]
-        candidates = np.concatenate([own for group in starts for own in group])
+        candidates = np.concatenate([times for group in starts for times in group])
         candidates = candidates[candidates <= until]
-        one, other = (np.sum([near(candidates, own) for own in group], axis=0) for group in starts)
-        apart = np.abs(one / sizes[0] - other / sizes[1])
-        if np.any(apart >= PARTED):
+        one, other = (np.sum([has_start(candidates, times) for times in group], axis=0) for group in starts)
+        differences = np.abs(one / sizes[0] - other / sizes[1])
+        if np.any(differences >= PARTED):
             # Of all starts of this contact, that which separates the groups best.
-            earliest = candidates[apart >= PARTED].min()
+            earliest = candidates[differences >= PARTED].min()
             nearby = np.flatnonzero((candidates >= earliest) & (candidates <= earliest + window))
-            k = nearby[apart[nearby].argmax()]
+            k = nearby[differences[nearby].argmax()]
             partings.append(Parting(corner, float(candidates[k]), (int(one[k]), int(other[k])), sizes))
     return min(partings, key=lambda parting: parting.start, default=None)
 

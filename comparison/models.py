@@ -1,4 +1,4 @@
-"""The models that run a scene: where they are found, their formulations, and what their results depend on.
+"""Models that run a scene: their entry points, their formulations, and hashes of all that changes results.
 
 A package registers a model by an entry point (``docs/engine.md``); our two are available without one.
 """
@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 GROUP = "sixbar.models"
-OWN = {
+OURS = {  # available without a registered entry point
     name: EntryPoint(name, target, GROUP)
     for name, target in (("reference", "reference_model:simulate"), ("exudyn", "exudyn_model:simulate"))
 }
@@ -32,7 +32,7 @@ ROOT = Path(__file__).parents[1]
 _LIBRARIES = ("numpy", "scipy", "numba", "exudyn")
 # The C mathematical library and numba's compiler select code paths with different rounding by these features.
 _FEATURES = ("avx2", "avx512f", "fma", "asimd", "sve")
-# Variables that override this selection. A tunable of glibc that does not only recomputes stored results.
+# Variables that override this selection; other tunables of glibc only make stored results useless.
 _OVERRIDES = {
     "OPENBLAS_CORETYPE": "OpenBLAS for",
     "GLIBC_TUNABLES": "glibc with",
@@ -56,7 +56,7 @@ def declared_formulations(model: str) -> dict[str, dict[str, Any]]:
     Each has the key of its solver that controls the error, ``setting``, and what it requires; none where the
     package has no such file. The package is not imported.
     """
-    spec = find_spec((OWN.get(model) or find(model)).module.partition(".")[0])
+    spec = find_spec((OURS.get(model) or find(model)).module.partition(".")[0])
     for folder in (spec and spec.submodule_search_locations) or ():
         if (path := Path(folder, "formulations.toml")).is_file():
             return tomllib.loads(path.read_text("utf-8"))
@@ -75,39 +75,39 @@ def formulations(model: str, scene: Mapping[str, Any]) -> list[str]:
 
 def smallest(model: str, scene: Mapping[str, Any]) -> str:
     """Return the first formulation that has a scene's channels and method, else the last; "auto" if none."""
-    declared, groups = declared_formulations(model), set(scene["output"]["groups"])
+    declarations, groups = declared_formulations(model), set(scene["output"]["groups"])
     method = scene["solver"].get(model, {}).get("method", "auto")
-    possible = formulations(model, scene)
-    for name in possible:
-        each = declared[name]
+    names = formulations(model, scene)
+    for name in names:
+        each = declarations[name]
         if not groups & set(each.get("without", ())) and method in ("auto", *each.get("methods", [method])):
             return name
-    return possible[-1] if possible else "auto"
+    return names[-1] if names else "auto"
 
 
 def plan_of(model: str, scene: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a model's plan of a scene, by its function's ``plan``; raises as `check`.
+    """Return a model's plan of a scene, by its function's ``plan``; errors are those of `check`.
 
     It has ``formulation`` as the model records it, ``bodies``, the numbers of ``coordinates`` and
     ``constraints``, possibly a ``note``; of a linkage ``freedom`` and ``start`` (m, rad) of each body.
     """
-    own = getattr(load(model), "plan", None)
-    if own is None:
+    plan = getattr(load(model), "plan", None)
+    if plan is None:
         raise EngineError(f"model {model!r} declares no plan of a scene")
-    return dict(own(deepcopy(scene)))
+    return dict(plan(deepcopy(scene)))
 
 
 def engine_names() -> list[str]:
     """Return the names of all models, our own first."""
-    return [*OWN, *sorted({point.name for point in entry_points(group=GROUP)} - OWN.keys())]
+    return [*OURS, *sorted({point.name for point in entry_points(group=GROUP)} - OURS.keys())]
 
 
 def find(name: str) -> EntryPoint:
     """Look up a model by name without importing it; `EngineError` if none or more than one has it."""
     if not isinstance(name, str):
-        raise EngineError(f"model {name!r} must be a name, such as {', '.join(OWN)}")
+        raise EngineError(f"model {name!r} must be a name, such as {', '.join(OURS)}")
     targets = {point.value: point for point in entry_points(group=GROUP) if point.name == name}
-    points = [*([OWN[name]] if name in OWN else []), *targets.values()]
+    points = [*([OURS[name]] if name in OURS else []), *targets.values()]
     if not points:
         raise EngineError(f"model {name!r} is not known; available: {', '.join(engine_names())}")
     if len(points) > 1:
@@ -117,8 +117,8 @@ def find(name: str) -> EntryPoint:
 
 def distinct_models(names: str | Sequence[str]) -> list[str]:
     """Return two or more different models, also from ``"reference,exudyn"``; else an `EngineError`."""
-    every = [name.strip() for name in names.split(",")] if isinstance(names, str) else names
-    models = [find(name).name for name in (every if isinstance(every, Sequence) else [every])]
+    entries = [name.strip() for name in names.split(",")] if isinstance(names, str) else names
+    models = [find(name).name for name in (entries if isinstance(entries, Sequence) else [entries])]
     if len(set(models)) < max(2, len(models)):
         raise EngineError(f"models {names!r} must be two or more different names, as in reference,exudyn")
     return models
@@ -126,7 +126,7 @@ def distinct_models(names: str | Sequence[str]) -> list[str]:
 
 def load(name: str) -> Callable[..., Any]:
     """Import a model and return its ``simulate``; an `EngineError` if it cannot be imported or called."""
-    point = OWN.get(name) or find(name)  # a search of all packages takes a sixth of a short run
+    point = OURS.get(name) or find(name)  # a search of all packages takes a sixth of a short run
     try:
         with redirect_stdout(sys.stderr):  # its output must not mix with results
             simulate = point.load()
@@ -154,15 +154,15 @@ def check(name: str, scene: Mapping[str, Any]) -> dict[str, float]:
     EngineError
         If it cannot be imported.
     """
-    own = getattr(load(name), "check", None)
-    return dict(own(deepcopy(scene)) or {}) if own is not None else {}
+    model_check = getattr(load(name), "check", None)
+    return dict(model_check(deepcopy(scene)) or {}) if model_check is not None else {}
 
 
 def declared_settings(name: str) -> dict[str, Any]:
     """Return the default settings that an installed model declares: its function's ``settings``, if any."""
     settings: Any = {}
     with suppress(EngineError):  # if it cannot be imported its run says why
-        settings = {} if name in OWN else getattr(load(name), "settings", {})
+        settings = {} if name in OURS else getattr(load(name), "settings", {})
     if not isinstance(settings, Mapping):
         raise EngineError(f"model {name!r}: settings must be a mapping, not {type(settings).__name__}")
     for key, value in settings.items():
@@ -177,22 +177,22 @@ def is_setting(value: object) -> bool:
     return isinstance(value, str | int) or (isinstance(value, float) and isfinite(value))
 
 
-def as_it_is(path: Path) -> str:
-    """Return the hash of a file, of its comments too: a hundredth of the time of `file_hash`."""
+def raw_hash(path: Path) -> str:
+    """Return the hash of a file with its comments, in a hundredth of the time of `file_hash`."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def fingerprint(name: str, hash_of: Callable[[Path], str] | None = None) -> str:
-    """Return the hash of what can change a model: the files of its package, the versions of its imports.
+    """Return the hash of all that can change a model: the files of its package, the versions of its imports.
 
     Of models of other packages the versions of all installed distributions count. Other inputs (a program
     that a model starts, a file in the user's folder) are not detected. ``hash_of``: by default `file_hash`.
     """
-    point = OWN.get(name) or find(name)
+    point = OURS.get(name) or find(name)
     total = hashlib.sha256(point.value.encode())
     for place, path in sorted(_files(point.module.partition(".")[0]).items()):
         total.update(f"{place}\0{(hash_of or file_hash)(path)}\0".encode())
-    if name in OWN:
+    if name in OURS:
         lines = [f"{library} {_version(library)}" for library in _LIBRARIES]
     else:
         lines = sorted({f"{installed.name} {installed.version}" for installed in distributions()})
@@ -224,11 +224,11 @@ def code_hash(*modules: str, root: Path = ROOT) -> str:
 
 @cache
 def package_hash() -> str:
-    """Return the hash of all files of the comparison, comments included, and of what it computes with."""
+    """Return the hash of all files of the comparison, comments included, and of its libraries."""
     names = ("pandas", "matplotlib", *_LIBRARIES)
     total = hashlib.sha256(repr((sys.version, *map(_version, names))).encode())
     for place, path in sorted(_files("comparison").items()):
-        total.update(f"{place}\0{as_it_is(path)}\0".encode())
+        total.update(f"{place}\0{raw_hash(path)}\0".encode())
     return total.hexdigest()
 
 
@@ -240,22 +240,22 @@ def closure(module: str, root: Path = ROOT) -> frozenset[Path]:
     """
     package = module.partition(".")[0]
     paths: set[Path] = set()
-    waiting, seen = [module], set[str]()
-    while waiting:
-        name = waiting.pop()
+    queue, visits = [module], set[str]()
+    while queue:
+        name = queue.pop()
         base = root.joinpath(*name.split("."))
         path = next((p for p in (base.with_suffix(".py"), base / "__init__.py") if p.is_file()), None)
-        if name in seen or name.partition(".")[0] != package or path is None:  # None: an object in a module
+        if name in visits or name.partition(".")[0] != package or path is None:  # None: an object in a module
             continue
-        seen.add(name)
+        visits.add(name)
         paths.add(path)
-        waiting.append(name.rpartition(".")[0])  # its parent packages are imported too
+        queue.append(name.rpartition(".")[0])  # its parent packages are imported too
         for node in ast.walk(ast.parse(path.read_bytes())):
             match node:
                 case ast.Import(names=names):
-                    waiting += [alias.name for alias in names]
+                    queue += [alias.name for alias in names]
                 case ast.ImportFrom(module=str(source), names=names):
-                    waiting += [source, *(f"{source}.{alias.name}" for alias in names)]
+                    queue += [source, *(f"{source}.{alias.name}" for alias in names)]
                 case ast.Call(func=ast.Name(id="files"), args=[ast.Constant(value=str(folder))]):
                     data = root.joinpath(*folder.split(".")).glob("*")
                     paths.update(path for path in data if path.suffix in (".toml", ".csv"))
@@ -264,7 +264,7 @@ def closure(module: str, root: Path = ROOT) -> frozenset[Path]:
 
 def file_hash(path: Path) -> str:
     """Return the hash of a file; for Python files that of the code without comments and docstrings."""
-    return _code_hash(path.read_bytes()) if path.suffix == ".py" else as_it_is(path)
+    return _code_hash(path.read_bytes()) if path.suffix == ".py" else raw_hash(path)
 
 
 @cache
@@ -295,7 +295,7 @@ def platform_name() -> str:
         f"{platform.system()} {platform.machine()}",
         " ".join(platform.libc_ver()).strip(),
         _processor(Path("/proc/cpuinfo")),
-        *(f"{words} {chosen}" for name, words in _OVERRIDES.items() if (chosen := os.environ.get(name))),
+        *(f"{words} {setting}" for name, words in _OVERRIDES.items() if (setting := os.environ.get(name))),
     )
     return ", ".join(part for part in parts if part)
 

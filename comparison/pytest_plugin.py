@@ -33,10 +33,10 @@ _COMPANIONS = (".csv", ".events.csv", ".pulses.csv", ".extrema.csv", ".json", ".
 
 @dataclass(frozen=True)
 class _Session:
-    """Absolute paths of expected tables that tests of this session have written, or failed on."""
+    """Absolute paths of expected tables that tests of this session have written, or disagreed with."""
 
-    written: set[Path | None] = field(default_factory=set)
-    failed: set[Path | None] = field(default_factory=set)
+    updates: set[Path | None] = field(default_factory=set)
+    failures: set[Path | None] = field(default_factory=set)
 
 
 _SESSION = pytest.StashKey[_Session]()
@@ -81,11 +81,11 @@ def _assert_agree(
     __tracebackhide__ = True  # the line to show is the test's
     arguments = {"scene": scene, "mapping": mapping, "options": options}
     pair = _Pair(expected, obtained, arguments, node, allow_indeterminate=allow_indeterminate)
-    update = bool(node.config.getoption("--sixbar-update")) and pair.key not in pair.session.written
+    update = bool(node.config.getoption("--sixbar-update")) and pair.key not in pair.session.updates
     try:
         if pair.expected_path is not None and (update or not pair.expected_path.exists()):
             pair.write_expected()
-            pair.session.written.add(pair.key)
+            pair.session.updates.add(pair.key)
             if update:
                 return
             text = f"{pair.expected_path} was missing, and is written from {pair.labels[1]}"
@@ -177,7 +177,7 @@ class _Pair:
         return result.verdict == "agree" or (self.allow_indeterminate and result.verdict == "indeterminate")
 
     def failure(self) -> str:
-        """Return why the test fails, empty if it passes; write or delete the files of a failure."""
+        """Return the reason of a failure, empty if the test passes; write or delete its files."""
         from comparison.tables.table import TableError
         from comparison.words.verdicts import reason, why
 
@@ -201,14 +201,14 @@ class _Pair:
         return "\n".join([*lines, *self.write_obtained(result)])
 
     def write_obtained(self, result: SceneComparison | None) -> list[str]:
-        """Write the table obtained and a report; return lines on where they are and how to accept it."""
+        """Write the table obtained and a report; return lines with their paths and how to accept it."""
         from comparison.files import write_text
         from comparison.report.page import origin, render
         from comparison.tables.table import TableError
 
         if self.obtained_path is None:
             return []
-        self.session.failed.add(self.key)
+        self.session.failures.add(self.key)
         try:
             self.source  # noqa: B018
         except TableError:  # cannot be read, which the message says already
@@ -224,7 +224,7 @@ class _Pair:
             return [f"  obtained: {error}"]
         if result is not None and result.verdict == "indeterminate":  # an update would be refused
             return lines
-        if self.key in self.session.written:
+        if self.key in self.session.updates:
             return [*lines, "  another test of this session wrote the expected table"]
         return [*lines, f"  to accept it: pytest --sixbar-update {shlex.quote(self.test)}"]
 
@@ -232,7 +232,7 @@ class _Pair:
         """Remove the files of a failure before this session."""
         if self.obtained_path is None or not self.obtained_path.parent.is_dir():
             return
-        if self.key in self.session.failed:
+        if self.key in self.session.failures:
             return
         for end in _COMPANIONS:
             with suppress(OSError):
@@ -281,24 +281,24 @@ class _Pair:
         if self.mapping is not None and self.mapping.b:
             criteria = Criteria(**self.arguments["options"])
             rows, only = criteria.at_events, criteria.channels
-            (read,), _ = read_tables([source], ["b"], self.mapping, rows, only=only)
-            if not read.channels:
-                raise TableError(
-                    f"{source.path}: {self.mapping.file} assigns none of its columns to a channel"
-                )
-            known = channels() | read.own
-            frame, units = read.frame, {"time": "s", **{name: known[name].unit for name in read.channels}}
+            (table,), _ = read_tables([source], ["b"], self.mapping, rows, only=only)
+            if not table.channels:
+                rule = f"{self.mapping.file} assigns none of its columns to a channel"
+                raise TableError(f"{source.path}: {rule}")
+            definitions = channels() | table.overrides
+            frame = table.frame
+            units = {"time": "s", **{name: definitions[name].unit for name in table.channels}}
         elif source.time_name == "#1":
             frame, units = frame.rename(columns={"#1": "time"}), {}
-        with_unit = {name: f"{name} [{unit}]" for name, unit in units.items() if unit}
-        beside = source.beside
+        names = {name: f"{name} [{unit}]" for name, unit in units.items() if unit}
+        companions = source.companions
         return Table(
-            frame.rename(columns=with_unit),
-            beside.events,
-            beside.extrema,
-            beside.provenance,
-            pulses=beside.pulses,
-            cycle_extrema=beside.cycle_extrema,
+            frame.rename(columns=names),
+            companions.events,
+            companions.extrema,
+            companions.provenance,
+            pulses=companions.pulses,
+            cycle_extrema=companions.cycle_extrema,
         )
 
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from comparison.models import OWN, declared_formulations, declared_settings, formulations, plan_of, smallest
+from comparison.models import OURS, declared_formulations, declared_settings, formulations, plan_of, smallest
 from comparison.scene import Scene, digest, load_scene
 from comparison.tables.channels import Array, BoolArray, Extent
 
@@ -59,7 +59,7 @@ def forecast(scene: Scene, model: str) -> Forecast:
 
     Of the settings on record, error is that of the next coarser one, cost that of the nearest.
     """
-    if model not in OWN or scene.is_linkage:
+    if model not in OURS or scene.is_linkage:
         return Forecast()
     same, name = _same_physics(scene), formulation(scene, model)
     source = same or MOST_LIKE[scene.loose]
@@ -139,7 +139,7 @@ def metres(accuracy: str | float) -> float:
 
 def check_accuracy(model: str, accuracy: str | float) -> None:
     """Raise `AccuracyError` where the model is not built in, or the accuracy neither a name nor metres."""
-    if model not in OWN:
+    if model not in OURS:
         raise AccuracyError(
             f"accuracy {accuracy!r}: that of the model {model!r} is not recorded; "
             f"set its solver.{model} in the scene"
@@ -199,7 +199,7 @@ def refinement(model: str, scene: Scene) -> tuple[float, float]:
 def recorded_refinement(model: str, settings: Mapping[str, Any]) -> tuple[float, float]:
     """Return factor and order, as `refinement`, from a run's recorded settings."""
     record, key = _read("accuracy.toml"), setting_key(model, settings)
-    formulation_order = record["order"].get(settings.get("formulation")) if model in OWN else None
+    formulation_order = record["order"].get(settings.get("formulation")) if model in OURS else None
     return record[key]["factor"], formulation_order or record[key]["order"]
 
 
@@ -209,7 +209,7 @@ def tight(scene: Scene, models: tuple[str, str]) -> Scene | None:
     Where a scene requires five bodies (no clearance, reactions), these keep its settings. None if a model is
     not built in: the accuracy of another package's model is unmeasured.
     """
-    if not set(models) <= set(OWN):
+    if not set(models) <= set(OURS):
         return None
     values: dict[str, object] = {}
     if "reference" in models:
@@ -254,7 +254,7 @@ def thresholds(tier: str = "standard") -> Thresholds:
 
 def setting_key(model: str, settings: Mapping[str, Any]) -> str:
     """Return the key of a model's settings that controls its error: "tolerance" or "step"."""
-    if model in OWN:
+    if model in OURS:
         return str(declared_formulations(model)[_named_formulation(model, settings)]["setting"])
     return "step" if "step" in settings else "tolerance"
 

@@ -31,8 +31,8 @@ from comparison.accuracy.uncertainty import (
     spread,
     window_samples,
 )
-from comparison.execution.run import VIOLATED, Job, Outcome, Progress, RunError, run_all, successful
-from comparison.models import OWN
+from comparison.execution.run import VIOLATED, Job, Outcome, Progress, RunError, run_all, table_of
+from comparison.models import OURS
 from comparison.scene import Scene, SceneError
 from comparison.tables.channels import UNCERTAINTY, Array
 from comparison.tables.table import Table
@@ -155,7 +155,7 @@ def settings(scene: Scene, model: str, accuracy: str | float | None) -> Iterator
         yield scene
     elif accuracy in NAMES:
         yield scene.variant(solver_values(model, str(accuracy), scene))
-    elif model in OWN:
+    elif model in OURS:
         error = metres(accuracy)
         (key,) = solver_values(model, "strict", scene)
         named_settings: list[Any] = [solver_values(model, name, scene)[key] for name in NAMES]
@@ -328,7 +328,7 @@ def accurate_run(
         return coverage(level), rank
 
     best = max(trials, key=merit)
-    table = successful(best.outcomes["base"], Job(best.scene, model))
+    table = table_of(best.outcomes["base"], Job(best.scene, model))
     seconds = time.perf_counter() - start_time
     result = AccurateRun(model, error, best, table, tuple(trials), failure, len(outcomes), seconds)
     # Lengths in m, times in s

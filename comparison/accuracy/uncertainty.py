@@ -247,15 +247,15 @@ def model_uncertainty(
         *runs.refinement,
         ensemble=tuple(map(values, ensemble)),
     )
-    floor = round_off(base, time, runs.base.known[name], n_first)
+    floor = round_off(base, time, runs.base.definitions[name], n_first)
     u = uncertainty(levels, windows(time, WINDOW * period), floor, whole=n_first is not None)
-    axes = runs.base.known[name].gap
+    axes = runs.base.definitions[name].gap
     if axes and {*axes} <= {*runs.base.names}:
         if gap_u is None or len(axes) > 1:
             parts = [model_uncertainty(runs, axis, period, ensemble, every, n_first) for axis in axes]
             gap_u = np.hypot.reduce([part for part in parts if part is not None])
         # The eccentricity of a journal is its clearance, the scale of both, where it touches.
-        clearance = 0.0 if len(axes) == 1 else runs.base.known[axes[0]].given
+        clearance = 0.0 if len(axes) == 1 else runs.base.definitions[axes[0]].given
         gap = np.abs(np.hypot.reduce([values(runs.base, axis) for axis in axes]) - clearance)
         touching = (base == 0.0) & (gap <= gap_u)
         u = np.where(touching, np.maximum(u, so_far(np.abs(base), n_first)), u)

@@ -25,7 +25,7 @@ from comparison.accuracy.uncertainty import (
     spread,
     window_samples,
 )
-from comparison.execution.pool import Died, Share, work
+from comparison.execution.pool import Death, Share, work
 from comparison.execution.run import RunError, run_one
 from comparison.models import MODELS, declared_formulations, formulations, smallest
 from comparison.scene import Scene, SceneError
@@ -204,7 +204,7 @@ def work_precision(
             for name, event in events:
                 if isinstance(event, Share):
                     continue
-                status = event.words if isinstance(event, Died) else TIME_LIMIT
+                status = event.words if isinstance(event, Death) else TIME_LIMIT
                 rows[name] = event if isinstance(event, TimedRun) else TimedRun(tasks[name], status)
                 if on_finished and name not in neighbours:
                     on_finished(min(1.0, (time.monotonic() - start_time) / seconds), rows[name])

@@ -65,9 +65,9 @@ def say_wrapped(*texts: str, rest: str = "", err: bool = False) -> None:
 
 def print_json(value: object) -> int:
     """Print a value as JSON (numbers that are not finite as null) and return 0."""
-    from comparison.files import plain
+    from comparison.files import json_value
 
-    typer.echo(json.dumps(plain(value), indent=1, ensure_ascii=False, allow_nan=False))
+    typer.echo(json.dumps(json_value(value), indent=1, ensure_ascii=False, allow_nan=False))
     return 0
 
 

@@ -41,7 +41,7 @@ def gate(
     SCENE: shipped names or TOML files; by default those of the baseline.
     """
     from comparison.execution.pool import cpus
-    from comparison.files import check_folder, expanded, replacing_in, write_json
+    from comparison.files import check_folder, expand_home, replacing_in, write_json
     from comparison.regression.check import gate as check_against
     from comparison.regression.record import read, scenes_of
     from comparison.report.ci import write_job_summary, write_junit
@@ -49,7 +49,7 @@ def gate(
     from comparison.scene import load_scene
     from comparison.words.record import gate_counts, gate_lines, gate_notes, gate_summary, of_gate
 
-    baseline = expanded(baseline)
+    baseline = expand_home(baseline)
     selection = [load_scene(name) for name in dict.fromkeys(scenes or [])]
     console.check_unique([scene.name for scene in selection], "baseline")
     if update and json:

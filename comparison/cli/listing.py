@@ -75,7 +75,7 @@ def plan(scene: console.SceneName, overrides: console.Overrides = None, json: co
     from comparison.execution.run import check_forces
     from comparison.models import MODELS
     from comparison.scene import load_scene, parse_set
-    from comparison.scene.loading import extended, heavy_load
+    from comparison.scene.loading import extension, heavy_load
     from comparison.words.accuracy import changes_line, channels_line, plan_lines
 
     setup = load_scene(scene, parse_set(overrides or []))
@@ -85,7 +85,7 @@ def plan(scene: console.SceneName, overrides: console.Overrides = None, json: co
     plans = [plan_run(setup, model) for model in MODELS]
     if json:
         return print_json([asdict(each) for each in plans])
-    lines = [channels_line(setup), changes_line(*extended(setup)), *chain(*map(plan_lines, plans))]
+    lines = [channels_line(setup), changes_line(*extension(setup)), *chain(*map(plan_lines, plans))]
     say_wrapped(*filter(None, lines), rest=" " * 14)
     return 0
 

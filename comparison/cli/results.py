@@ -34,7 +34,7 @@ from comparison.cli.console import (
     wrapped,
 )
 from comparison.execution.pool import cpus
-from comparison.files import check_folder, plain, replacing_in, write_json, write_text
+from comparison.files import check_folder, json_value, replacing_in, write_json, write_text
 from comparison.formatting import MISSING, NO_BREAK, number, percent
 from comparison.report.ci import write_job_summary, write_junit
 from comparison.scene import Scene, SceneError, load_scene, name_with, shipped_scenes
@@ -218,7 +218,7 @@ def summary_of(
 
     scenes = [as_mapping(comparison) for comparison in comparisons]
     head = {"command": command, "made": origin(), "exit_code": code, "not_compared": missing}
-    return dict(plain(head | {"scenes": scenes}))
+    return dict(json_value(head | {"scenes": scenes}))
 
 
 def say_since(earlier: Mapping[str, Any] | None, summary: Mapping[str, Any], *, err: bool) -> Since | None:

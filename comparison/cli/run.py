@@ -69,7 +69,7 @@ def run(
     find(model)
     with kept_workers(ahead=int(model != "reference")):
         from comparison.accuracy.levels import NAMES, forecast, measured_record, solver_values, with_declared
-        from comparison.execution.run import Job, RunError, quality_warnings, run_uncached, successful
+        from comparison.execution.run import Job, RunError, quality_warnings, run_uncached, table_of
         from comparison.files import check_file
         from comparison.scene import load_scene, parse_set
         from comparison.tables.table_files import check_format, companions, write
@@ -99,7 +99,7 @@ def run(
                 if estimated:
                     result = accurate_run(setup, model, accuracy, n_jobs=cpus(), on_progress=report)
                 else:
-                    table = successful(run_uncached(job, report), job)
+                    table = table_of(run_uncached(job, report), job)
         except RunError as error:
             raise _with_partial(error, out) from None
         if estimated:

@@ -35,7 +35,7 @@ class Share:
 
 
 @dataclass(frozen=True)
-class Died:
+class Death:
     """The process of a task ended before the task."""
 
     words: str
@@ -43,7 +43,7 @@ class Died:
 
 
 @dataclass(frozen=True)
-class Late:
+class Timeout:
     """The task was stopped at its time limit, with the share finished by then."""
 
     share: float
@@ -58,11 +58,11 @@ class _Worker:
 
     def __init__(self) -> None:
         context = multiprocessing.get_context("spawn")
-        self.connection, theirs = context.Pipe()
-        self.process = context.Process(target=_serve, args=(theirs,), daemon=True)
+        self.connection, remote = context.Pipe()
+        self.process = context.Process(target=_serve, args=(remote,), daemon=True)
         with _inherited():
             self.process.start()
-        theirs.close()  # so that the end of the process ends the connection
+        remote.close()  # so that the end of the process ends the connection
 
     def event(self) -> Any:
         """Wait for its next event: of its task, or its death."""
@@ -71,8 +71,8 @@ class _Worker:
         except (EOFError, OSError):
             self.process.join()
         code = self.process.exitcode or 0
-        ended = f"ended with code {code}" if code >= 0 else f"was killed by {signal.Signals(-code).name}"
-        return Died(f"its process {ended}")
+        end = f"ended with code {code}" if code >= 0 else f"was killed by {signal.Signals(-code).name}"
+        return Death(f"its process {end}")
 
 
 _idle: list[_Worker] = []
@@ -95,32 +95,32 @@ def work(
     """Distribute (name, task) pairs to worker processes in this order and yield their events as they occur.
 
     An event is a `Share`, or the last of its task: the result of ``attempt`` (a function of a module that
-    must not raise), `Died` or `Late`. Closing the generator (`contextlib.closing`) ends its workers at once,
-    except within `kept_workers`. At most ``n_workers`` work at a time. Of the tasks of one kind (by name, in
-    ``groups``) one works alone until the first event of any: it compiles the code that the others load.
+    must not raise), `Death` or `Timeout`. Closing the generator (`contextlib.closing`) ends its workers at
+    once, except within `kept_workers`. At most ``n_workers`` work at a time. Of the tasks of one kind (by
+    name, in ``groups``) one works alone until the first event of any, to compile what the others load.
 
     A task that takes longer than the limit (s) is terminated with its process: counted from where it reports
     a share of 0; until then, to start a process and to compile, it has `READY` times as long. At ``until``,
     by `time.monotonic`, all are terminated; tasks not yet begun have no event.
     """
-    waiting, of, reported = list(tasks), groups or {}, set[object]()
+    queue, group, reported = list(tasks), groups or {}, set[object]()
     busy: dict[Any, _Worker] = {}  # by connection
 
     def place() -> int | None:
-        """Return the place of the first task that may start; None without one, or a worker for it."""
-        alone = {of[worker.task] for worker in busy.values() if worker.task in of} - reported
-        may = (
-            n for n, (name, _) in enumerate(waiting) if len(busy) < n_workers and of.get(name) not in alone
+        """Return the place of the first task that may start; None without one or without a worker."""
+        alone = {group[worker.task] for worker in busy.values() if worker.task in group} - reported
+        places = (
+            n for n, (name, _) in enumerate(queue) if len(busy) < n_workers and group.get(name) not in alone
         )
-        return next(may, None)
+        return next(places, None)
 
     try:
-        while waiting or busy:
+        while queue or busy:
             if time.monotonic() >= until:
-                waiting.clear()
+                queue.clear()
             while (n := place()) is not None:
                 worker = _take()
-                worker.share, (worker.task, task) = 0.0, waiting.pop(n)
+                worker.share, (worker.task, task) = 0.0, queue.pop(n)
                 worker.end = min(until, time.monotonic() + READY * limit)
                 busy[worker.connection] = worker
                 with suppress(OSError):  # the worker is dead: its connection reads as ended below
@@ -132,18 +132,18 @@ def work(
             for worker in [w for c, w in busy.items() if c not in ready and w.end <= time.monotonic()]:
                 del busy[worker.connection]
                 _end([worker])
-                yield worker.task, Late(worker.share)
+                yield worker.task, Timeout(worker.share)
             for connection in ready:
                 worker = busy[connection]
                 event = worker.event()
-                reported.add(of.get(worker.task))
+                reported.add(group.get(worker.task))
                 if isinstance(event, Share):
                     worker.share = event.value
                     if event.value == 0.0:
                         worker.end = min(until, time.monotonic() + limit)
                 else:
                     del busy[connection]
-                    if not isinstance(event, Died):
+                    if not isinstance(event, Death):
                         _idle.append(worker)
                 yield worker.task, event
     finally:
@@ -156,8 +156,8 @@ def work(
 def kept_workers(ahead: int = 0) -> Iterator[None]:
     """Let workers live on from one call of `work` to the next, since they take seconds to start.
 
-    So many are started ``ahead``: they import what runs need while this process does. Not the general rule,
-    since a worker does not see later changes of sources or variables.
+    So many are started ``ahead``, to import the modules of runs while this process does. This is not the
+    rule, since a worker does not see later changes of sources or variables.
     """
     global _keep_idle
     before, _keep_idle = _keep_idle, True

@@ -11,10 +11,10 @@ from math import ceil, log10, nan
 
 import numpy as np
 
-from comparison.execution.pool import Died, Share, work
+from comparison.execution.pool import Death, Share, work
 from comparison.execution.store import drop_unused, fetch, keep
 from comparison.formatting import number, percent, quantity
-from comparison.models import OWN, EngineError, code_hash, fingerprint, load, platform_name
+from comparison.models import OURS, EngineError, code_hash, fingerprint, load, platform_name
 from comparison.models import check as check_scene
 from comparison.scene import Scene, SceneError, digest
 from comparison.scene.loading import heavy_load
@@ -34,18 +34,18 @@ class Job:
     scene: Scene
     model: str
     dense: bool = False
-    """Whether its table has the motion at the times of `dense_scene`, too."""
+    """Its table has the motion at the times of `dense_scene`, too."""
 
     @property
     def cost(self) -> float:
         """Expected time, s, roughly: it orders the runs and weighs their progress."""
         cycles = float(self.scene.data["drive"].get("cycles", 1.0))
-        own = self.scene.data["solver"][self.model] if self.model in OWN else {}
+        settings = self.scene.data["solver"][self.model] if self.model in OURS else {}
         if self.model == "reference":
-            return float(cycles * 10 ** (-log10(own["tolerance"]) / 8 - 3))
-        if own.get("formulation") == "tree":
-            return float(cycles * 10 ** (-log10(own["tolerance"]) / 6 - 2.3))
-        return float(1.4e-5 * self.scene.duration / own["step"]) if own else cycles
+            return float(cycles * 10 ** (-log10(settings["tolerance"]) / 8 - 3))
+        if settings.get("formulation") == "tree":
+            return float(cycles * 10 ** (-log10(settings["tolerance"]) / 6 - 2.3))
+        return float(1.4e-5 * self.scene.duration / settings["step"]) if settings else cycles
 
 
 @dataclass(frozen=True)
@@ -66,28 +66,28 @@ class Outcome:
 
 
 DENSE = 10_000
-"""Samples per crank cycle at least: of the central case R errs by 6e-7 (acceleration), on 1,000 by 4e-4."""
+"""Least samples per crank cycle: the central case's R (acceleration) errs by 6e-7, with 1,000 by 4e-4."""
 MOST_SAMPLES = 400_000  # samples of a run, some 80 MB
 
 
 def dense_scene(scene: Scene) -> Scene:
     """Return a scene with at least `DENSE` samples a cycle, a whole multiple of its own."""
     output, cycles = scene.data["output"], scene.data["drive"]["cycles"]
-    own = int(output["samples_per_cycle"])
-    times = max(1, min(ceil(DENSE / own), int(MOST_SAMPLES / (own * cycles))))
+    per_cycle = int(output["samples_per_cycle"])
+    times = max(1, min(ceil(DENSE / per_cycle), int(MOST_SAMPLES / (per_cycle * cycles))))
     groups = dict.fromkeys(["accelerations", *output["groups"]])
-    return scene.variant({"output.samples_per_cycle": own * times, "output.groups": list(groups)})
+    return scene.variant({"output.samples_per_cycle": per_cycle * times, "output.groups": list(groups)})
 
 
 def at_own_samples(table: Table, scene: Scene) -> Table:
     """Return a run of `dense_scene` with the samples and channels of the scene itself, and `Table.dense`."""
-    own = scene.data["output"]["samples_per_cycle"]
-    every = dense_scene(scene).data["output"]["samples_per_cycle"] // own
+    per_cycle = scene.data["output"]["samples_per_cycle"]
+    stride = dense_scene(scene).data["output"]["samples_per_cycle"] // per_cycle
     names = [name for name in ("time", *expected(scene.data)) if name in table.frame]
-    followed = scene.reliability.channels.values()
-    frame = table.frame.loc[::every, names].reset_index(drop=True)
+    channels = scene.reliability.channels.values()
+    frame = table.frame.loc[::stride, names].reset_index(drop=True)
     # These are the times of a run with such samples, to the last digit: an ensemble must have equal ones.
-    interval = scene.period / own
+    interval = scene.period / per_cycle
     grid = np.arange(len(frame)) * interval
     if np.allclose(frame["time"], grid, rtol=0.0, atol=SAME_GRID * interval):
         frame["time"] = grid
@@ -96,7 +96,7 @@ def at_own_samples(table: Table, scene: Scene) -> Table:
         frame=frame,
         extrema={name: extremes for name, extremes in table.extrema.items() if name in names},
         provenance=table.provenance | {"scene_hash": scene.hash, "scene": scene.data},
-        dense=table.frame[[name for name in ("time", *followed) if name in table.frame]],
+        dense=table.frame[[name for name in ("time", *channels) if name in table.frame]],
     )
 
 
@@ -112,18 +112,18 @@ class RunError(RuntimeError):
 
 
 def describe(job: Job, outcome: Outcome) -> str:
-    """Describe in one line why a run did not succeed."""
+    """Describe in one line a run that did not succeed."""
     return f"scene {job.scene.name!r}: {failure(job.model, outcome)}"
 
 
 def failure(model: str, outcome: Outcome) -> str:
-    """Describe in one line, without the scene, why a run did not succeed."""
+    """Describe in one line, without the scene, a run that did not succeed."""
     if outcome.status == "bad input":
         return outcome.message
     return "; ".join(filter(None, (f"the {model} run did not succeed: {outcome.status}", outcome.message)))
 
 
-def successful(outcome: Outcome, job: Job) -> Table:
+def table_of(outcome: Outcome, job: Job) -> Table:
     """Return the table of a run; a `SceneError` if the model refused the scene, else a `RunError`."""
     if outcome.status == "bad input":
         raise SceneError(describe(job, outcome))
@@ -138,8 +138,8 @@ def run_here(scene: Scene, model: str, progress: Progress | None = None) -> Outc
 
 
 def run_one(scene: Scene, model: str, progress: Progress | None = None) -> Table:
-    """Return the table of `run_here`; errors are those of `successful`."""
-    return successful(run_here(scene, model, progress), Job(scene, model))
+    """Return the table of `run_here`; errors are those of `table_of`."""
+    return table_of(run_here(scene, model, progress), Job(scene, model))
 
 
 def check_forces(scene: Scene, model: str) -> dict[str, float]:
@@ -181,9 +181,9 @@ def run_all(jobs: Sequence[Job], n_jobs: int, on_progress: Progress | None = Non
             on_progress(sum(by_key[key].cost * share for key, share in shares.items()) / total)
 
     drop_unused()
-    waiting = _in_order({key: job for key, job in by_key.items() if key not in outcomes})
-    with closing(_outcomes(waiting, n_jobs, report)) as finished:
-        for key, outcome in finished:
+    queue = _in_order({key: job for key, job in by_key.items() if key not in outcomes})
+    with closing(_outcomes(queue, n_jobs, report)) as results:
+        for key, outcome in results:
             outcomes[key] = outcome
             if outcome.table is not None:
                 keep(key, outcome.table)
@@ -197,7 +197,7 @@ def run_key(job: Job, fingerprint: str) -> str:
     return digest(
         {
             "scene": {key: part for key, part in job.scene.data.items() if key not in ("scene", "solver")},
-            "solver": solver[job.model] if job.model in OWN else solver,  # another may build on ours
+            "solver": solver[job.model] if job.model in OURS else solver,  # another may build on ours
             "model": job.model,
             "dense": job.dense and job.scene.reliability.channels,
             "fingerprint": fingerprint,
@@ -209,12 +209,12 @@ def run_key(job: Job, fingerprint: str) -> str:
 
 
 def _code(job: Job) -> tuple[object, ...]:
-    """Return what determines the code that a run of our models compiles."""
+    """Return a key of the code that a run of our models compiles."""
     return job.model, job.scene.data["solver"].get(job.model, {}).get("formulation"), job.scene.loose
 
 
 def _in_order(jobs: Mapping[str, Job]) -> list[tuple[str, Job]]:
-    """Order jobs: the longest first, but ahead one of each `_code`, the reference's, which takes longest."""
+    """Order jobs: one of each `_code`, the reference's ahead, then the others; the longest first."""
     longest = sorted(jobs, key=lambda key: (-jobs[key].cost, key))
     first = {_code(jobs[key]): key for key in reversed(longest)}
     ahead = sorted(first.values(), key=lambda key: (jobs[key].model != "reference", longest.index(key)))
@@ -228,13 +228,13 @@ def _outcomes(
     if not n_jobs:
         yield from ((key, _attempt(job, partial(on_share, key))) for key, job in jobs)
         return
-    groups = {key: _code(job) for key, job in jobs if job.model in OWN}
+    groups = {key: _code(job) for key, job in jobs if job.model in OURS}
     with closing(work(_attempt, jobs, n_jobs, groups=groups)) as events:
         for key, event in events:
             if isinstance(event, Share):
                 on_share(key, event.value)
             else:
-                yield key, Outcome("crashed", event.words) if isinstance(event, Died) else event
+                yield key, Outcome("crashed", event.words) if isinstance(event, Death) else event
 
 
 def _attempt(job: Job, progress: Progress | None) -> Outcome:
@@ -247,8 +247,8 @@ def _attempt(job: Job, progress: Progress | None) -> Outcome:
         if "clearance" not in scene.data:  # a linkage without contacts
             table = replace(table, events=None)
         if result.status == "success":
-            own = table.with_record({"scene": scene.data})
-            check(own, expected(scene.data), (0.0, scene.duration), name=f"the {job.model} run")
+            candidate = table.with_record({"scene": scene.data})
+            check(candidate, expected(scene.data), (0.0, scene.duration), name=f"the {job.model} run")
         if job.dense:
             table = at_own_samples(table, job.scene)
         if result.status != "success":
@@ -283,7 +283,7 @@ def _with_scene(outcome: Outcome, scene: Scene) -> Outcome:
 FEW_STEPS = 10.0
 """Required steps per contact: with fewer its impulse depends on its start in a step (docs/accuracy.md)."""
 MUCH_ENERGY = 0.01
-"""Permitted spurious energy over the dissipated: as much as half a percent of the restitution changes it."""
+"""Permitted spurious energy over the dissipated, which half a percent of the restitution changes as much."""
 MUCH_DRIFT = 1e-6
 """Permitted violation of constraints, m or rad: the depth of contacts of steel; of rates a thousandfold."""
 
@@ -306,8 +306,8 @@ def energy_share(table: Table) -> float:
     if "energy_residual" not in table.names or not len(table.time):
         return nan
     losses = [name for name in ("energy_damping", "energy_friction") if name in table.names]
-    lost = float(sum(table.values(name)[-1] for name in losses))
-    base = lost if lost > 0.0 else float(table.values("energy_kinetic").max())
+    loss = float(sum(table.values(name)[-1] for name in losses))
+    base = loss if loss > 0.0 else float(table.values("energy_kinetic").max())
     return float(np.abs(table.values("energy_residual")).max()) / base if base > 0.0 else nan
 
 
@@ -351,9 +351,9 @@ def deep_contacts(table: Table) -> list[str]:
     if contacts is None or "contact" not in scene:
         return []
     radii = {"contact.corner_radius": scene["contact"].get("corner_radius", np.inf)}
-    for name, own in scene["clearance"].items() if "body" in scene else ():
-        key = "corner_radius" if "corner_radius" in own else "journal_radius"
-        radii[f"clearance.{name}.{key}"] = own[key]
+    for name, clearance in scene["clearance"].items() if "body" in scene else ():
+        key = "corner_radius" if "corner_radius" in clearance else "journal_radius"
+        radii[f"clearance.{name}.{key}"] = clearance[key]
     places = np.array([str(corner).partition(".")[0] for corner in contacts["corner"]])
     for key, radius in radii.items():
         here = places == key.split(".")[1] if key.startswith("clearance.") else places != "pin"

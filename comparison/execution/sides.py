@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from comparison.execution.pool import Died, Late, Share, work
+from comparison.execution.pool import Death, Share, Timeout, work
 from comparison.execution.run import Progress
 from comparison.execution.store import fetch_file, keep_file
 from comparison.files import json_text
@@ -39,7 +39,7 @@ from comparison.tables.table import TableError
 
 _LONGEST_NAME = 256  # characters of a file's name
 _LONGEST = 300  # characters of an error in a message
-_STORED = "stored runs of the same command and files are used"
+_CACHE_NOTE = "stored runs of the same command and files are used"
 
 
 class SolverError(TableError):
@@ -60,21 +60,21 @@ class Command:
 
     @cached_property
     def files(self) -> dict[str, str]:
-        """Hashes of its program, of the files and modules that words name, and of Python files beside.
+        """Hashes of its program, of files and modules that its words name, and of Python files beside.
 
-        Of folders that they name these are the sizes and times of the files below.
+        For a folder that a word names there are the sizes and times of the files below.
         """
         parts = [part for word in self.words for part in (word, *word.replace("'", " ").split())]
         names = {name for part in parts for name in (part, part.partition("=")[2])}
         names = {name for name in names if name.strip("./") and len(name) < _LONGEST_NAME}
-        named = [self.folder / path for name in names for path in (name, name.replace(".", "/"))]
+        paths = [self.folder / path for name in names for path in (name, name.replace(".", "/"))]
         program = Path(shutil.which(self.words[0]) or "")
         hashes = {"": str(program)}
-        for path in [program, *named, *self.folder.glob("*.py")]:
+        for path in [program, *paths, *self.folder.glob("*.py")]:
             if path.is_file():
                 with path.open("rb") as file:
                     hashes[str(path)] = hashlib.file_digest(file, "sha256").hexdigest()
-        for path in (path for folder in named if folder.is_dir() for path in folder.rglob("*")):
+        for path in (path for folder in paths if folder.is_dir() for path in folder.rglob("*")):
             if path.is_file() and path.suffix != ".pyc":
                 hashes[str(path)] = f"{path.stat().st_size} {path.stat().st_mtime_ns}"
         return dict(sorted(hashes.items()))
@@ -84,15 +84,15 @@ class Command:
 
         Without a table it raises a `SolverError`.
         """
-        words = [_filled(word, values) for word in self.words]
+        words = [_fill(word, values) for word in self.words]
         key = digest({"words": words, "files": self.files, "folder": str(self.folder)})
-        if (known := fetch_file(key)) is not None:
-            return known, True
+        if (result := fetch_file(key)) is not None:
+            return result, True
         with tempfile.TemporaryDirectory() as folder:
             out = Path(folder, "run.csv")
             words = [word.replace("{out}", str(out)) for word in words]
             try:
-                done = subprocess.run(
+                process = subprocess.run(
                     words,
                     cwd=self.folder,
                     stdin=subprocess.DEVNULL,
@@ -105,12 +105,12 @@ class Command:
             except OSError as error:
                 missing = isinstance(error, FileNotFoundError) and f"no program {words[0]!r} on the PATH"
                 raise SolverError(f"cannot be run: {missing or error.strerror}: {self.text}") from error
-            if done.returncode < 0:
-                raise SolverError(f"was ended by {signal.Signals(-done.returncode).name}: {self.text}")
-            if done.returncode:
-                said = (done.stderr or done.stdout).decode(errors="replace").split("\n")
-                last = next((line.strip() for line in reversed(said) if line.strip()), "no message")
-                raise SolverError(f"ended with code {done.returncode}: {last[:_LONGEST]} ({self.text})")
+            if process.returncode < 0:
+                raise SolverError(f"was ended by {signal.Signals(-process.returncode).name}: {self.text}")
+            if process.returncode:
+                lines = (process.stderr or process.stdout).decode(errors="replace").split("\n")
+                last = next((line.strip() for line in reversed(lines) if line.strip()), "no message")
+                raise SolverError(f"ended with code {process.returncode}: {last[:_LONGEST]} ({self.text})")
             if not out.is_file():
                 raise SolverError(f"has written no table to {{out}}: {self.text}")
             content = out.read_bytes()
@@ -147,7 +147,7 @@ class Run:
     start: tuple[float, ...]
 
     def values(self) -> dict[str, str]:
-        """Return what replaces the names in the words of a command."""
+        """Return the values of the names in the words of a command."""
         start = ",".join(map(repr, self.start))
         # A value that begins with a minus would be taken for an option.
         start = f" {start}" if start.startswith("-") else start
@@ -186,27 +186,27 @@ def run_sides(
     work_limits: tuple[int, float],
     on_progress: Progress,
 ) -> list[Source | SolverError]:
-    """Return the table or the error of each run; ``work_limits``: how many at a time, and how long, s.
+    """Return the table or the error of each run; ``work_limits``: number at a time, time limit in s.
 
     With up to one job functions run in this process, without a limit; more are spawned, and a script needs
     ``if __name__ == "__main__":``. Commands are processes of their own in any case.
     """
     results: dict[int, Source | SolverError] = {}
-    with closing(_finished(runs, *work_limits)) as finished:
-        for number, result in finished:
-            results[number] = _read(result, runs[number], dialects[number])
+    with closing(_results(runs, *work_limits)) as outcomes:
+        for number, result in outcomes:
+            results[number] = _source_of(result, runs[number], dialects[number])
             on_progress(len(results) / len(runs))
     return [results[number] for number in range(len(runs))]
 
 
-def _finished(runs: Sequence[Run], n_jobs: int, limit: float) -> Generator[tuple[int, Any]]:
+def _results(runs: Sequence[Run], n_jobs: int, limit: float) -> Generator[tuple[int, Any]]:
     """Yield number and table, or error, of each run when it ends."""
     calls = {n: (run.side.solver, run.side.at(run.level), np.array(run.start)) for n, run in enumerate(runs)}
     commands = {n: call[0] for n, call in calls.items() if isinstance(call[0], Command)}
     functions = {n: call for n, call in calls.items() if n not in commands}
     pool = ThreadPoolExecutor(max(1, n_jobs))  # they wait for processes
     try:
-        waiting = {
+        futures = {
             pool.submit(_attempt, partial(c.run, runs[n].values(), limit)): n for n, c in commands.items()
         }
         if n_jobs > 1 and functions:
@@ -218,16 +218,16 @@ def _finished(runs: Sequence[Run], n_jobs: int, limit: float) -> Generator[tuple
                 work(_call, [(str(n), call) for n, call in functions.items()], n_jobs, limit)
             ) as events:
                 for name, event in events:
-                    if isinstance(event, Died | Late):
-                        words = event.words if isinstance(event, Died) else f"stopped after {limit:g} s"
+                    if isinstance(event, Death | Timeout):
+                        words = event.words if isinstance(event, Death) else f"stopped after {limit:g} s"
                         yield int(name), SolverError(words)
                     elif not isinstance(event, Share):
                         yield int(name), event
         else:
             for n, call in functions.items():
                 yield n, _call(call)
-        for done in as_completed(waiting):
-            yield waiting[done], done.result()
+        for future in as_completed(futures):
+            yield futures[future], future.result()
     finally:
         pool.shutdown(cancel_futures=True)
 
@@ -249,7 +249,7 @@ def _attempt(run: Callable[[], Any]) -> Any:
         return SolverError(" ".join(f"{type(error).__name__}: {error}".split())[:_LONGEST])
 
 
-def _read(result: Any, run: Run, dialect: Dialect) -> Source | SolverError:
+def _source_of(result: Any, run: Run, dialect: Dialect) -> Source | SolverError:
     """Return the table of a run under its side's name, or its error."""
     label = run.side.label
     if isinstance(result, SolverError):
@@ -258,10 +258,10 @@ def _read(result: Any, run: Run, dialect: Dialect) -> Source | SolverError:
         path = Path(folder, label.replace("/", "-"))
         try:
             if isinstance(result, tuple):
-                content, stored = result
+                content, is_stored = result
                 path.write_bytes(content)
                 source = open_source(path, dialect)
-                notes = [*source.notes, *[_STORED] * stored]
+                notes = [*source.notes, *[_CACHE_NOTE] * is_stored]
                 return replace(source, path=Path(label), notes=notes)
             frame = as_source(result, label)
         except TableError as error:
@@ -270,7 +270,7 @@ def _read(result: Any, run: Run, dialect: Dialect) -> Source | SolverError:
     return refusal if isinstance(frame, Path) else frame
 
 
-def _filled(word: str, values: Mapping[str, str]) -> str:
+def _fill(word: str, values: Mapping[str, str]) -> str:
     for name, value in values.items():
         word = word.replace(f"{{{name}}}", value)
     return word

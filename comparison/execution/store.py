@@ -38,8 +38,8 @@ _SUM = hashlib.sha256().digest_size
 
 def cache_folder() -> Path:
     """Return the folder of stored results: ``$SIXBAR_CACHE_DIR``, or ours in the user's cache."""
-    if named := os.environ.get("SIXBAR_CACHE_DIR"):
-        return Path(named)
+    if location := os.environ.get("SIXBAR_CACHE_DIR"):
+        return Path(location)
     with suppress(RuntimeError):
         folder = user_cache_path("sixbar-crossval", appauthor=False)
         if folder.is_absolute():
@@ -57,19 +57,19 @@ def cache_warning() -> str:
 
 
 def fetch(key: str) -> Any:
-    """Return a stored run or comparison, which was checked before; None without one that is sound."""
+    """Return a stored run or comparison, which was checked before; None without a sound one."""
     content = _content(cache_folder() / RUNS / key)
-    return None if content is None else unpacked(content)
+    return None if content is None else unpack(content)
 
 
 def keep(key: str, value: object) -> None:
     """Store a run or a comparison; do nothing if that is impossible."""
     with suppress(OSError):
-        _store(cache_folder() / RUNS / key, packed(value))
+        _store(cache_folder() / RUNS / key, pack(value))
 
 
 def fetch_file(key: str) -> bytes | None:
-    """Return a stored file that a program has written; None if there is none that is sound."""
+    """Return a stored file that a program has written; None without a sound one."""
     return _content(cache_folder() / RUNS / key)
 
 
@@ -80,7 +80,7 @@ def keep_file(key: str, content: bytes) -> None:
 
 
 def fetch_row(folder: Path, key: str) -> Row | None:
-    """Return the stored row; None if there is none that is sound."""
+    """Return the stored row; None without a sound one."""
     content = _content(folder / key)
     row: Row | None = None if content is None else json.loads(content)
     return row
@@ -90,8 +90,8 @@ def keep_row(folder: Path, key: str, row: Mapping[str, Any]) -> Row:
     """Store a row, or raise an `OSError`; return it as it will be read: non-finite numbers as None."""
     text = json_text(row)
     _store(folder / key, text.encode())
-    stored: Row = json.loads(text)
-    return stored
+    result: Row = json.loads(text)
+    return result
 
 
 def drop_unused() -> None:
@@ -115,30 +115,30 @@ def _content(path: Path) -> bytes | None:
     """Return the content of a stored result and mark it as used; delete a damaged one."""
     try:
         check_size(path, LARGEST)
-        stored = path.read_bytes()
+        data = path.read_bytes()
     except OSError:  # there is none, or none that can be read
         return None
-    if hashlib.sha256(stored[_SUM:]).digest() != stored[:_SUM]:
+    if hashlib.sha256(data[_SUM:]).digest() != data[:_SUM]:
         _LOG.warning("the stored result %s is damaged and is computed again", path)
         with suppress(OSError):
             path.unlink()
         return None
     with suppress(OSError):  # the folder may be read-only
         os.utime(path)
-    return stored[_SUM:]
+    return data[_SUM:]
 
 
 # ---- results as bytes
 #
-# JSON, then the arrays, of equal ones one. Each object of the JSON is what JSON lacks: its type and content.
+# JSON, then the arrays, equal ones once. An object of the JSON is a value that JSON lacks: type and content.
 
-_ALIGNED = 8  # bytes
+_ALIGNMENT = 8  # bytes
 
 
-def packed(value: Any) -> bytes:
-    """Return a result as bytes, of equal ones the same.
+def pack(value: Any) -> bytes:
+    """Return a result as bytes; equal results give equal bytes.
 
-    It consists of what JSON has, of tuples, arrays and data frames, and of this package's dataclasses, named
+    It consists of JSON's types, of tuples, arrays and data frames, and of this package's dataclasses, named
     tuples, enumerations and models of pydantic; a `TypeError` for anything else.
     """
     import pandas as pd  # which a run that is only written does without
@@ -150,45 +150,45 @@ def packed(value: Any) -> bytes:
         nonlocal end
         values = values.astype("U") if values.dtype.kind == "O" else values
         content = values.tobytes()
-        content += bytes(-len(content) % _ALIGNED)
+        content += bytes(-len(content) % _ALIGNMENT)
         if (place := places.setdefault(content, end)) == end:
             end += len(content)
         return [values.dtype.str, values.shape, place]
 
-    def plain(part: Any) -> Any:
+    def encode(part: Any) -> Any:
         kind = type(part)
         if _is_record(kind):
-            return {f"{kind.__module__}:{kind.__name__}": plain(_fields(part))}
+            return {f"{kind.__module__}:{kind.__name__}": encode(_fields(part))}
         if part is None or isinstance(part, bool | int | float | str):
             return part
         if isinstance(part, np.generic):
             return part.item()
         if isinstance(part, list):
-            return [plain(each) for each in part]
+            return [encode(each) for each in part]
         if isinstance(part, tuple):
-            return {"tuple": [plain(each) for each in part]}
+            return {"tuple": [encode(each) for each in part]}
         if isinstance(part, Mapping):
-            return {"dict": [[plain(name), plain(each)] for name, each in part.items()]}
+            return {"dict": [[encode(name), encode(each)] for name, each in part.items()]}
         if isinstance(part, np.ndarray):
             return {"array": array(part)}
         if isinstance(part, pd.DataFrame):
             return {"frame": [[name, array(part[name].to_numpy())] for name in part]}
         raise TypeError(f"{kind.__name__} cannot be stored")
 
-    head = json.dumps(plain(value), separators=(",", ":")).encode()
-    head += b" " * (-len(head) % _ALIGNED)
-    return b"".join([len(head).to_bytes(_ALIGNED), head, *places])
+    head = json.dumps(encode(value), separators=(",", ":")).encode()
+    head += b" " * (-len(head) % _ALIGNMENT)
+    return b"".join([len(head).to_bytes(_ALIGNMENT), head, *places])
 
 
 def hash_of(value: Any) -> str:
-    """Return the SHA-256 (hex) of a value that can be `packed`."""
-    return hashlib.sha256(packed(value)).hexdigest()
+    """Return the SHA-256 (hex) of a value that `pack` can take."""
+    return hashlib.sha256(pack(value)).hexdigest()
 
 
 def _is_record(kind: Any) -> bool:
     """Return whether a class is of this package and has nothing but data."""
-    known = isinstance(kind, type) and kind.__module__.startswith("comparison.")
-    return known and (issubclass(kind, Enum | BaseModel | tuple) or is_dataclass(kind))
+    is_ours = isinstance(kind, type) and kind.__module__.startswith("comparison.")
+    return is_ours and (issubclass(kind, Enum | BaseModel | tuple) or is_dataclass(kind))
 
 
 def _fields(record: Any) -> Any:
@@ -201,17 +201,17 @@ def _fields(record: Any) -> Any:
     return {field.name: getattr(record, field.name) for field in fields(record)}
 
 
-def unpacked(content: bytes) -> Any:
-    """Return the result that `packed` made bytes of; its arrays are read-only."""
+def unpack(content: bytes) -> Any:
+    """Return the result of bytes from `pack`; its arrays are read-only."""
     import pandas as pd
 
-    begin = _ALIGNED + int.from_bytes(content[:_ALIGNED])
+    begin = _ALIGNMENT + int.from_bytes(content[:_ALIGNMENT])
 
     def array(dtype: str, shape: list[int], place: int) -> NDArray[Any]:
         return np.frombuffer(content, dtype, prod(shape), begin + place).reshape(shape)
 
-    def part(tagged: dict[str, Any]) -> Any:
-        ((kind, value),) = tagged.items()
+    def part(item: dict[str, Any]) -> Any:
+        ((kind, value),) = item.items()
         if kind in ("tuple", "dict"):
             return tuple(value) if kind == "tuple" else dict(value)
         if kind == "array":
@@ -224,4 +224,4 @@ def unpacked(content: bytes) -> Any:
             raise TypeError(f"{kind} cannot be stored")
         return record[value] if issubclass(record, Enum) else record(**value)
 
-    return json.loads(content[_ALIGNED:begin], object_hook=part)
+    return json.loads(content[_ALIGNMENT:begin], object_hook=part)

@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel
 
-from comparison.execution.pool import Attempt, Died, Late, Share, work
+from comparison.execution.pool import Attempt, Death, Share, Timeout, work
 from comparison.execution.run import Progress, RunError
 from comparison.execution.store import ROWS, Row, cache_folder, drop_unused, fetch_row, keep_row
 from comparison.models import code_hash, fingerprint, platform_name, versions
@@ -49,8 +49,8 @@ class Task(ABC):
 T = TypeVar("T", bound=Task)
 Measure = Callable[[T, Progress], Row]
 """Measures a task; reports a share of 0 when the preparation (compiling) is over."""
-Finished = Generator[tuple[str, Row | Died]]
-Spread = Callable[[Attempt, Mapping[str, Task]], Finished]
+Rows = Generator[tuple[str, Row | Death]]
+Spread = Callable[[Attempt, Mapping[str, Task]], Rows]
 """Processes tasks, by key, and yields each row on completion."""
 
 
@@ -74,29 +74,29 @@ def measure_all(
         folder = cache_folder() / "-".join([ROWS, *measure.__module__.split(".")[-2:]])
     keys = _keys(measure, tasks)
     by_key = dict(zip(keys, tasks, strict=True))
-    rows = {key: known for key in by_key if (known := fetch_row(folder, key)) is not None}
-    waiting = sorted(by_key.keys() - rows.keys(), key=lambda key: (-by_key[key].cost, key))
+    rows = {key: entry for key in by_key if (entry := fetch_row(folder, key)) is not None}
+    queue = sorted(by_key.keys() - rows.keys(), key=lambda key: (-by_key[key].cost, key))
     total = sum(task.cost for task in by_key.values()) or 1.0
-    done = total - sum(by_key[key].cost for key in waiting)
-    with closing(spread(partial(_attempt, measure), {key: by_key[key] for key in waiting})) as finished:
-        for key, row in finished:
-            if isinstance(row, Died):
+    progress = total - sum(by_key[key].cost for key in queue)
+    with closing(spread(partial(_attempt, measure), {key: by_key[key] for key in queue})) as results:
+        for key, row in results:
+            if isinstance(row, Death):
                 rows[key] = {"status": CRASHED, "message": row.words}
             else:
                 rows[key] = keep_row(folder, key, row)
-            done += by_key[key].cost
+            progress += by_key[key].cost
             if on_progress:
-                on_progress(min(1.0, done / total))
+                on_progress(min(1.0, progress / total))
     return [rows[key] for key in keys]
 
 
 def on_processes(n_jobs: int, limit: float = inf) -> Spread:
     """Return a `Spread` over local processes; a task that takes longer than the limit, s, is stopped."""
 
-    def spread(attempt: Attempt, tasks: Mapping[str, Task]) -> Finished:
+    def spread(attempt: Attempt, tasks: Mapping[str, Task]) -> Rows:
         with closing(work(attempt, list(tasks.items()), n_jobs, limit)) as events:
             for key, event in events:
-                if isinstance(event, Late):
+                if isinstance(event, Timeout):
                     yield key, {"status": LATE, "message": f"stopped after {limit:g} s", "share": event.share}
                 elif not isinstance(event, Share):
                     yield key, event
@@ -116,13 +116,13 @@ def _keys(measure: Measure[T], tasks: Sequence[T]) -> list[str]:
                 "models": {name: hashes[name] for name in task.models},
             }
             | common,
-            default=_plain,
+            default=_json_value,
         )
         for task in tasks
     ]
 
 
-def _plain(value: Any) -> Any:
+def _json_value(value: Any) -> Any:
     """Return the JSON equivalent of an object: the fields of a record, the hash of a scene."""
     if isinstance(value, Scene):
         return value.hash

@@ -2,8 +2,8 @@
 
 After chatter, a run on another machine, which differs by round-off, is one more draw from a distribution over
 decades, of which the baseline's thresholds contain few. Values outside their thresholds are therefore
-compared with the spread of more neighbours, run by the code and on the machine that failed: what these differ
-by as well is no regression, but a threshold too small by chance.
+compared with the spread of more neighbours, run by the code and on the machine that failed: a difference
+that these have as well is no regression, but a threshold too small by chance.
 """
 
 from collections.abc import Mapping, Sequence
@@ -77,7 +77,7 @@ class Check(NamedTuple):
 
     @property
     def status(self) -> Literal["passed", "failed", "skipped", "error"]:
-        """A "failed" check is a regression; "error": a process died, or a model raised what it should not."""
+        """A "failed" check is a regression; "error": a process died, or a model failed unexpectedly."""
         if self.kind is None:
             return "passed"
         if self.kind is Kind.FAILED and self.data["outcome"].status == "crashed":
@@ -85,7 +85,7 @@ class Check(NamedTuple):
         return "skipped" if self.kind is Kind.UNPREDICTABLE else "failed"
 
 
-class Excused(NamedTuple):
+class Excuse(NamedTuple):
     """A run of which ``channels`` (number) deviate no more than its ``neighbours`` (number) do."""
 
     scene: str
@@ -101,7 +101,7 @@ class Gate:
     checks: list[Check]
     platform: tuple[str, str] | None  # there and here, where they differ
     versions: dict[str, tuple[str | None, str | None]]  # the same of libraries, None without it
-    excused: list[Excused]  # runs with thresholds too small
+    excuses: list[Excuse]  # runs with thresholds too small
     rewritten: list[str]  # scenes whose numbers are not those of the baseline
     valueless: int  # constant channels without a value in the baseline
 
@@ -112,38 +112,38 @@ class Gate:
 
     @property
     def exit_code(self) -> int:
-        """0; 1 with a regression; 70 where a process died or a model raised what it should not."""
+        """0; 1 with a regression; 70 where a process died or a model raised an unexpected error."""
         return 70 if any(check.status == "error" for check in self.checks) else int(bool(self.regressions))
 
 
 def gate(
     baseline: Baseline,
     scenes: Sequence[Scene],
-    gone: Sequence[str] = (),
+    missing: Sequence[str] = (),
     *,
     n_jobs: int = 1,
     on_progress: Progress | None = None,
 ) -> Gate:
-    """Run scenes and compare them with the baseline; ``gone`` names its scenes that no longer exist."""
-    known = baseline.scenes
-    common = [scene for scene in scenes if scene.name in known]
+    """Run scenes and compare them with the baseline; ``missing`` names its scenes that no longer exist."""
+    base = baseline.scenes
+    common = [scene for scene in scenes if scene.name in base]
     jobs = {(scene.name, which): job for scene in common for which, job in gated_runs(scene).items()}
     outcomes = dict(zip(jobs, run_all(list(jobs.values()), n_jobs, on_progress), strict=True))
     there, here = baseline.versions, versions()
     platform = None if baseline.platform == platform_name() else (baseline.platform, platform_name())
-    changed = {
+    changes = {
         name: (there.get(name), here.get(name))
         for name in {**there, **here}
         if there.get(name) != here.get(name)
     }
-    stored = {(scene.name, which): run for scene in common for which, run in known[scene.name].runs.items()}
-    records, excused = _excuse(stored, jobs, outcomes, n_jobs)
+    runs = {(scene.name, which): run for scene in common for which, run in base[scene.name].runs.items()}
+    records, excuses = _excuse(runs, jobs, outcomes, n_jobs)
     # The verdicts are judged by the numbers whose error rates the baseline holds.
-    same = thresholds_record() == baseline.thresholds
-    checks = [Check("thresholds", None, "thresholds", None if same else Kind.THRESHOLDS, {})]
-    checks += [Check(name, None, "scene", Kind.SCENE_GONE, {"source": known[name].source}) for name in gone]
+    is_same = thresholds_record() == baseline.thresholds
+    checks = [Check("thresholds", None, "thresholds", None if is_same else Kind.THRESHOLDS, {})]
+    checks += [Check(name, None, "scene", Kind.SCENE_GONE, {"source": base[name].source}) for name in missing]
     for scene in scenes:
-        if scene.name not in known:
+        if scene.name not in base:
             checks.append(Check(scene.name, None, "scene", Kind.NEW_SCENE, {}))
         # What only one of the two sides has is a regression.
         for key in [key for key in {**jobs, **records} if key[0] == scene.name]:
@@ -153,11 +153,11 @@ def gate(
             elif (table := outcomes[key].table) is None:
                 findings = {"run": (Kind.FAILED, {"job": jobs[key], "outcome": outcomes[key]})}
             else:
-                findings = _changes(records[key], jobs[key], table, exact=not (platform or changed))
+                findings = _changes(records[key], jobs[key], table, exact=not (platform or changes))
             checks += [Check(*key, name, *deviation) for name, deviation in findings.items()]
-    rewritten = [scene.name for scene in common if physics_hash(scene) != known[scene.name].hash]
-    valueless = sum(len({*run.unexcited} - run.channels.keys()) for run in stored.values())
-    return Gate(checks, platform, changed, excused, rewritten, valueless)
+    rewritten = [scene.name for scene in common if physics_hash(scene) != base[scene.name].hash]
+    valueless = sum(len({*run.unexcited} - run.channels.keys()) for run in runs.values())
+    return Gate(checks, platform, changes, excuses, rewritten, valueless)
 
 
 def _changes(record: RunRecord, job: Job, table: Table, *, exact: bool) -> dict[str, Finding]:
@@ -172,34 +172,34 @@ def _changes(record: RunRecord, job: Job, table: Table, *, exact: bool) -> dict[
         if abs(now[key] - before) <= max(1.0, COUNTERS_ELSEWHERE * before, spread):
             now[key] = before
     findings = {
-        "settings": _differing(record.settings, settings(job.scene.data, table, job.model)),
-        "counters": _differing(record.counters, now),
+        "settings": _difference(record.settings, settings(job.scene.data, table, job.model)),
+        "counters": _difference(record.counters, now),
     }
-    recorded = [*record.channels, *record.unexcited, *record.unpredictable]
-    for name in dict.fromkeys([*recorded, *table.channels]):
+    names = [*record.channels, *record.unexcited, *record.unpredictable]
+    for name in dict.fromkeys([*names, *table.channels]):
         if name not in table.channels:
             findings[name] = Kind.CHANNEL_GONE, {}
-        elif name not in recorded:
+        elif name not in names:
             findings[name] = Kind.NEW_CHANNEL, {}
         elif name in record.unpredictable:
             findings[name] = Kind.UNPREDICTABLE, {}
         else:
-            channel, extent = table.known[name], float(np.ptp(table.values(name)))
+            channel, extent = table.definitions[name], float(np.ptp(table.values(name)))
             if name in record.unexcited and extent >= channel.floor:
                 numbers = {"extent": extent, "floor": channel.floor, "unit": channel.unit}
                 findings[name] = Kind.EXCITED, numbers
             else:
-                findings[name] = _moved(channel, record.channels.get(name, ()), table, job.scene)
+                findings[name] = _deviation(channel, record.channels.get(name, ()), table, job.scene)
     return findings
 
 
-def _differing(before: Mapping[str, object], now: Mapping[str, object]) -> Finding:
+def _difference(before: Mapping[str, object], now: Mapping[str, object]) -> Finding:
     names = [name for name in {**before, **now} if before.get(name) != now.get(name)]
     values = {name: (now.get(name), before.get(name)) for name in names}
     return (Kind.CHANGED, {"values": values}) if values else _NOTHING
 
 
-def _moved(channel: Channel, points: Sequence[Checkpoint], table: Table, scene: Scene) -> Finding:
+def _deviation(channel: Channel, points: Sequence[Checkpoint], table: Table, scene: Scene) -> Finding:
     """Find the first checkpoint outside its threshold, and the largest difference."""
     if not points:  # of a constant channel, in a baseline that does not hold its value
         return _NOTHING
@@ -211,17 +211,17 @@ def _moved(channel: Channel, points: Sequence[Checkpoint], table: Table, scene: 
         return Kind.NO_SAMPLE, {"time": time[missing.argmax()]}
     curve = table.values(channel.name)
     value = curve[at]
-    off = np.abs(value - before)
-    outside = off > threshold
+    distance = np.abs(value - before)
+    outside = distance > threshold
     if not outside.any():
         return _NOTHING
-    first, largest = int(outside.argmax()), int(np.where(outside, off, 0.0).argmax())
-    columns = {"time": time, "value": value, "before": before, "off": off, "threshold": threshold}
+    first, largest = int(outside.argmax()), int(np.where(outside, distance, 0.0).argmax())
+    columns = {"time": time, "value": value, "before": before, "off": distance, "threshold": threshold}
     numbers: dict[str, Any] = {key: float(column[first]) for key, column in columns.items()}
     extent = float(np.ptp([*curve, *before]))
     if np.ptp(curve) < channel.floor:  # a constant has no range
         extent = max(extent, float(np.abs(before).max()))
-    shares = [scaled(float(off[n]), channel.scale_value(scene.data, extent)) for n in (first, largest)]
+    shares = [scaled(float(distance[n]), channel.scale_value(scene.data, extent)) for n in (first, largest)]
     numbers |= {"share": shares[0], "largest": shares[1], "peak": float(time[largest])}
     numbers["unit"] = channel.unit
     numbers |= {"count": int(outside.sum()), "points": len(points)}
@@ -238,23 +238,23 @@ def _excuse(
     jobs: Mapping[tuple[str, Which], Job],
     outcomes: Mapping[tuple[str, Which], Outcome],
     n_jobs: int,
-) -> tuple[Records, list[Excused]]:
-    """Return the records, with thresholds raised that neighbours of the present runs show to be too small."""
+) -> tuple[Records, list[Excuse]]:
+    """Return the records, with thresholds raised where neighbours of the present runs differ by more."""
 
-    def off(record: RunRecord, job: Job, table: Table) -> set[str]:
+    def deviations(record: RunRecord, job: Job, table: Table) -> set[str]:
         findings = _changes(record, job, table, exact=False)
         return {name for name in record.channels if findings[name][0] is Kind.MOVED}
 
-    doubted = {
+    suspects = {
         key: (jobs[key], table, neighbours(jobs[key], key[1][1], CONFIRMING))
         for key in jobs
         if key in records
         and (table := outcomes[key].table) is not None
-        and off(records[key], jobs[key], table)
+        and deviations(records[key], jobs[key], table)
     }
-    nearby = iter(run_all([job for *_, others in doubted.values() for job in others], n_jobs))
-    raised, excused = dict(records), []
-    for key, (job, table, others) in doubted.items():
+    nearby = iter(run_all([job for *_, others in suspects.values() for job in others], n_jobs))
+    results, excuses = dict(records), []
+    for key, (job, table, others) in suspects.items():
         tables = [outcome.table for outcome in [next(nearby) for _ in others] if outcome.table is not None]
         before, k = records[key], thresholds(key[1][1]).k
         wider = dict(before.channels)
@@ -265,7 +265,7 @@ def _excuse(
                 for point, limit in zip(wider[name], limits.tolist(), strict=True)
             ]
         after = before.model_copy(update={"channels": wider})
-        if count := len(off(before, job, table) - off(after, job, table)):
-            raised[key] = after
-            excused.append(Excused(*key, count, len(tables)))
-    return raised, excused
+        if count := len(deviations(before, job, table) - deviations(after, job, table)):
+            results[key] = after
+            excuses.append(Excuse(*key, count, len(tables)))
+    return results, excuses

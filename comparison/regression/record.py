@@ -1,4 +1,4 @@
-"""Baseline of the models: a text file of few numbers of each run, and how they are chosen.
+"""Baseline of the models: a text file of few numbers of each run, and the choice of these.
 
 Three runs per scene: the reference at the tight tier, Exudyn's five bodies with the scene's settings, and its
 tree at the tight tier. Of each: settings, counters, and some samples, the checkpoints, where the model's own
@@ -35,7 +35,7 @@ from comparison.accuracy.uncertainty import (
     spread,
     window_samples,
 )
-from comparison.execution.run import Job, Progress, run_all, successful
+from comparison.execution.run import Job, Progress, run_all, table_of
 from comparison.files import contents, reading, write_text
 from comparison.models import MODELS, platform_name, smallest, versions
 from comparison.scene import Scene, digest, load_scene, shipped_scenes
@@ -55,9 +55,9 @@ COUNT = 5
 RECORDED = range(8)
 """Numbers of the neighbours that widen a baseline's thresholds."""
 CONFIRMING = range(8, 28)
-"""Numbers of those that confirm a failed check: twenty, as a "differ" is confirmed by at least 19."""
+"""Numbers of the neighbours that confirm a failed check: twenty, as a "differ" needs 19 at least."""
 LATER = 5
-"""Chatter ends earlier or later from one start to the next, and what is left of it falls by decades within a
+"""Chatter ends earlier or later from one start to the next, and its remainder falls by decades within a
 hundredth of a cycle: neighbours are compared within a window wider than that of u by this factor."""
 RATES = Path("reports/trust/trust.json")
 """The measured rates of the verdicts' errors, as seen from the baseline's folder."""
@@ -80,7 +80,7 @@ class _Part(BaseModel):
 
 
 class Checkpoint(NamedTuple):
-    """A value at a predictable sample (time in s), and how far another run of the model may be from it."""
+    """A value at a predictable sample (time in s), and the threshold for another run of the model."""
 
     time: Finite
     value: Finite
@@ -92,7 +92,7 @@ class RunRecord(_Part):
 
     settings: dict[str, str | bool | int | float]  # the scene's of this model, with the formulation it chose
     counters: dict[str, Count]  # of the work, and the number of contacts
-    spread: dict[str, Count] = {}  # by how much they differ between neighbouring starts
+    spread: dict[str, Count] = {}  # largest differences of these between neighbouring starts
     unexcited: list[str] = []  # channels that are constant: their range is below their floor
     unpredictable: list[str] = []  # channels without a predictable sample at which something happens
     channels: dict[str, list[Checkpoint]]
@@ -114,7 +114,7 @@ class SceneRecord(_Part):
 
 
 class Baseline(_Part):
-    """The whole file; ``thresholds`` is what stood in ``thresholds.toml``."""
+    """The whole file; ``thresholds`` is the content of ``thresholds.toml``."""
 
     checksum: str = ""  # of the numbers; read and written, and empty in between
     platform: str
@@ -125,7 +125,7 @@ class Baseline(_Part):
 
 
 def read(path: Path) -> Baseline:
-    """Read a baseline; a `BaselineError` where there is none, or it is not what `write` writes."""
+    """Read a baseline; a `BaselineError` without one, or for a file that `write` has not written."""
     with reading(path, BaselineError, "TOML"):
         try:
             baseline = Baseline.model_validate(tomllib.loads(contents(path)))
@@ -134,7 +134,7 @@ def read(path: Path) -> Baseline:
         except ValidationError as error:  # the place of a bad value and the rule
             raise BaselineError(explain(error, Baseline)) from error
     if baseline.checksum != checksum(baseline):
-        fault = "was changed since: its checksum does not match" if baseline.checksum else "has no checksum"
+        fault = "does not match its checksum: it was edited" if baseline.checksum else "has no checksum"
         raise BaselineError(f"{path}: {fault}; restore it, or delete it and run sixbar gate --update")
     return baseline.model_copy(update={"checksum": ""})
 
@@ -150,7 +150,7 @@ def physics_hash(scene: Scene) -> str:
 
 
 def source(scene: Scene, folder: Path) -> str:
-    """Return where to find a scene again: its shipped name, or its path relative to a folder."""
+    """Return the source of a scene: its shipped name, or its path relative to a folder."""
     if scene.source in (*shipped_scenes(), *shipped_linkages()):
         return scene.source
     return Path(os.path.relpath(Path(scene.source).expanduser(), folder)).as_posix()
@@ -158,15 +158,15 @@ def source(scene: Scene, folder: Path) -> str:
 
 def scenes_of(baseline: Baseline, folder: Path) -> tuple[list[Scene], list[str]]:
     """Load the scenes of a baseline in a folder; the second list names those that no longer exist."""
-    scenes, gone = [], []
+    scenes, missing = [], []
     for name, scene in baseline.scenes.items():
         if scene.source in (*shipped_scenes(), *shipped_linkages()):
             scenes.append(load_scene(scene.source))
         elif (folder / scene.source).is_file():
             scenes.append(load_scene(folder / scene.source))
         else:
-            gone.append(name)
-    return scenes, gone
+            missing.append(name)
+    return scenes, missing
 
 
 def write(baseline: Baseline, path: Path) -> Path:
@@ -191,7 +191,7 @@ def write(baseline: Baseline, path: Path) -> Path:
     return path
 
 
-# ---- what it records
+# ---- runs and their records
 
 
 def gated_runs(scene: Scene) -> dict[Which, Job]:
@@ -239,7 +239,7 @@ def record(runs: Runs, gated: Job, tier: str, neighbours: Sequence[Table] = ()) 
     predictable: dict[str, BoolArray] = {}
     checkpoints, unexcited, unpredictable = {}, [], []
     for name in expected(scene.data):  # positions come before what follows from them
-        channel, values = table.known[name], table.values(name)
+        channel, values = table.definitions[name], table.values(name)
         u = model_uncertainty(runs, name, scene.period)
         assert u is not None  # every model of ours can be refined
         u = np.maximum(u, scatter(gated, table, neighbours, name))
@@ -279,30 +279,30 @@ def _checkpoint(time: float, value: float, threshold: float) -> Checkpoint:
 def _spread(runs: Runs, neighbours: Sequence[Table]) -> dict[str, int]:
     """Return the largest distance of each counter that varies; of contacts in the whole family.
 
-    Without neighbours (five bodies) the work varies in the proportion in which the contacts do: where the
-    family does not have the same ones, rounding alone leads to others, and their steps.
+    Without neighbours (five bodies) the work varies in proportion to the contacts: where the contacts of the
+    family differ, rounding alone leads to other ones, and to their steps.
     """
-    own = counters(runs.base)
+    counts = counters(runs.base)
     relatives = [run for run in (runs.finer, runs.coarser, *runs.perturbed_runs) if run is not None]
     others = [*map(counters, neighbours), *({"contacts": counters(run)["contacts"]} for run in relatives)]
     largest = {
         name: max((abs(other.get(name, value) - value) for other in others), default=0)
-        for name, value in own.items()
+        for name, value in counts.items()
     }
-    if not neighbours and own["contacts"]:
-        share = largest["contacts"] / own["contacts"]
-        largest |= {name: ceil(share * value) for name, value in own.items() if name != "contacts"}
+    if not neighbours and counts["contacts"]:
+        share = largest["contacts"] / counts["contacts"]
+        largest |= {name: ceil(share * value) for name, value in counts.items() if name != "contacts"}
     return {name: distance for name, distance in largest.items() if distance}
 
 
 def settings(scene: Mapping[str, Any], table: Table, model: str) -> dict[str, Any]:
     """Return the model's settings of a scene, with the formulation that it chose by itself."""
-    chosen = table.provenance.get("formulation")
-    return {**scene["solver"][model], **({} if chosen is None else {"formulation": chosen})}
+    formulation = table.provenance.get("formulation")
+    return {**scene["solver"][model], **({} if formulation is None else {"formulation": formulation})}
 
 
 def counters(table: Table) -> dict[str, int]:
-    """Return the counters of a run's work, and how many contacts it had."""
+    """Return the counters of a run's work, and the number of its contacts."""
     contacts = 0 if table.events is None else len(table.events)
     return {**table.provenance.get("counters", {}), "contacts": contacts}
 
@@ -322,33 +322,33 @@ def new_baseline(
     them are a `BaselineError`. A failed run is a `RunError`.
     """
     rates = _rates(folder / RATES, old)
-    planned = [
+    plans = [
         (scene, which, gated, family(gated.scene, gated.model), neighbours(gated, which[1], RECORDED))
         for scene in scenes
         for which, gated in gated_runs(scene).items()
     ]
-    jobs = [job for *_, relatives, others in planned for job in (*(job for _, job in relatives), *others)]
+    jobs = [job for *_, relatives, others in plans for job in (*(job for _, job in relatives), *others)]
     outcomes = iter(run_all(jobs, n_jobs, on_progress))
     records: dict[str, Any] = {
         scene.name: {"source": source(scene, folder), "hash": physics_hash(scene)} for scene in scenes
     }
-    for scene, (model, tier), gated, relatives, others in planned:
+    for scene, (model, tier), gated, relatives, others in plans:
         tables = {}
         for kind, job in relatives:
             outcome = next(outcomes)
             table = usable_table(kind, outcome)
-            tables[kind] = successful(outcome, job) if table is None else table
-        nearby = [successful(next(outcomes), job) for job in others]
+            tables[kind] = table_of(outcome, job) if table is None else table
+        nearby = [table_of(next(outcomes), job) for job in others]
         runs = Runs(refinement=refinement(model, gated.scene), **tables)
         records[scene.name].setdefault(model, {})[tier] = record(runs, gated, tier, nearby)
-    remade = {name: SceneRecord.model_validate(parts) for name, parts in records.items()}
-    kept = {} if old is None else old.scenes
+    scene_records = {name: SceneRecord.model_validate(parts) for name, parts in records.items()}
+    previous = {} if old is None else old.scenes
     return Baseline(
         platform=platform_name(),
         versions=versions(),
         thresholds=thresholds_record(),
         detection=rates,
-        scenes=dict(sorted({**kept, **remade}.items())),
+        scenes=dict(sorted({**previous, **scene_records}.items())),
     )
 
 
@@ -362,13 +362,13 @@ def _rates(path: Path, old: Baseline | None) -> dict[str, Any] | None:
     """Find the rates that belong to the present thresholds; None where none were measured."""
     if path.is_file():
         with reading(path, BaselineError, "JSON"):
-            measured = json.loads(contents(path))
+            rates = json.loads(contents(path))
             names = ("false_alarms", "detected")
-            if not isinstance(measured, dict) or not {*names, "thresholds"} <= measured.keys():
+            if not isinstance(rates, dict) or not {*names, "thresholds"} <= rates.keys():
                 raise BaselineError(f"must hold thresholds, {' and '.join(names)}")
-            if measured["thresholds"] != thresholds_record():
+            if rates["thresholds"] != thresholds_record():
                 raise BaselineError("was measured with other thresholds than those of thresholds.toml")
-            return {name: measured[name] for name in names}
+            return {name: rates[name] for name in names}
     if old is None or old.detection is None:
         return None
     if old.thresholds != thresholds_record():

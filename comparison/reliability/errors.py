@@ -98,7 +98,7 @@ def slider_errors(
         at, values = _extrema(actual, name)
         rows = (at >= start - slack) & (at <= time[-1] + slack)
         between[name] = np.array([at - start, error_at(name, at, values)])[:, rows]
-    units = {name: actual.known[name].unit for name in present}
+    units = {name: actual.definitions[name].unit for name in present}
     return SliderErrors(time - start, period, by_channel, between, units)
 
 

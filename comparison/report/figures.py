@@ -158,7 +158,7 @@ def _panel(panel: Axes, name: str, tables: Mapping[str, Table], span: tuple[floa
             others = ", ".join(table.channels)
             raise TableError(f"{label}: channel {name!r} is missing; --channels names others: {others}")
     first = next(iter(tables.values()))
-    known, known_scene = first.known.get(name.removesuffix(UNCERTAINTY)), first.scene
+    known, known_scene = first.definitions.get(name.removesuffix(UNCERTAINTY)), first.scene
     scene = None if known_scene is None else known_scene.data
     title = known.label.replace(", ", ",\n") if known else name
     if known and known.name != name:
@@ -166,7 +166,7 @@ def _panel(panel: Axes, name: str, tables: Mapping[str, Table], span: tuple[floa
     if zero := guide_of(name, scene):
         title = "slider x − guide"
     curves = [table_line(table, name).within(*span).less(zero) for table in tables.values()]
-    least = least_range(first.known.get(name), scene, common_extremes(curves))
+    least = least_range(first.definitions.get(name), scene, common_extremes(curves))
     factor = _curves(panel, curves, title, known.unit if known else "", least, _COLUMNS)
     for table, style in zip(tables.values(), svg.MODEL_LINES, strict=False):
         if name + UNCERTAINTY in table.frame:

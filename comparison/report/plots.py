@@ -22,9 +22,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from comparison.formatting import pretty_unit
-from comparison.metrics import Pulse, pulses_of, touched
+from comparison.metrics import Pulse, places_of, pulses_of
 from comparison.report.svg import envelope, upper_envelope
-from comparison.tables.channels import CONTACTS, CORNERS, Array, Channel, channels, touching
+from comparison.tables.channels import CONTACTS, CORNERS, Array, Channel, channels, corners_of
 from comparison.tables.table import Table
 from comparison.verdict.results import ChannelComparison, SceneComparison
 from comparison.words.verdicts import threshold_name
@@ -73,7 +73,7 @@ def contact_of(channel: str, scene: Mapping[str, Any] | None) -> str:
     share its force: no channel has it.
     """
     for corner in CORNERS:
-        if channel == f"corner_{corner}_normal" and (scene is None or touching(corner, scene) == [corner]):
+        if channel == f"corner_{corner}_normal" and (scene is None or corners_of(corner, scene) == [corner]):
             return corner
     own = re.fullmatch(r"(.+\.(?:ll|lr|ul|ur))_normal|(.+)\.normal", channel)
     return next(filter(None, own.groups())) if own else ""
@@ -245,7 +245,7 @@ def _packed(
     pulses: Sequence[Sequence[Pulse]],
 ) -> str:
     kept = _kept(curves, time)
-    among, described = [*dict.fromkeys([*CONTACTS, *touched(*events)])], []
+    among, described = [*dict.fromkeys([*CONTACTS, *places_of(*events)])], []
     for channel, zero, models, judged in curves:
         first, *others = (np.asarray(values)[kept] - zero for values in models)
         # Zero lies on the grid of values: a corner that is free has exactly no force.

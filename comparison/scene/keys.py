@@ -100,9 +100,9 @@ def _notes(annotation: Any) -> Iterator[Any]:
 def did_you_mean(wrong: str, schema: type[BaseModel] = SceneKeys, below: str = "") -> str:
     """Return the end of a message on an unknown key: the known key that it resembles, if any.
 
-    It is compared, in this order, with last parts in its section, ends of keys, sections (for their first
-    key), keys in any order of their words and last parts of keys; else a key may contain its last part.
-    Ends of keys are compared with ``below``, the first key below an unknown table, where it is given.
+    It is compared, in this order, with last parts of keys in its section, keys without their section,
+    sections (the first key of one counts), keys with their words in any order and last parts of keys; else a
+    key may contain its last part. ``below``, the first key below an unknown table, replaces it in the second.
     """
     of_scene, table = schema in (SceneKeys, LinkageKeys), wrong.partition(".")[0]
     names = [key.name for key in scene_keys(schema)] if of_scene else [*_names(schema)]
@@ -112,24 +112,24 @@ def did_you_mean(wrong: str, schema: type[BaseModel] = SceneKeys, below: str = "
     elif schema is LinkageKeys and table in _tables(SceneKeys) - _tables(schema):
         return f"; {table} is for the press: a scene with [body] has none"
     elif table not in schema.model_fields and (
-        close := get_close_matches(table, schema.model_fields, n=1, cutoff=_ALIKE)
+        matches := get_close_matches(table, schema.model_fields, n=1, cutoff=_ALIKE)
     ):
-        return f"; did you mean {close[0]}?"
+        return f"; did you mean {matches[0]}?"
     section, _, last = wrong.rpartition(".")
-    ways: list[tuple[str, Callable[[str], str]]] = [
+    searches: list[tuple[str, Callable[[str], str]]] = [
         (last, lambda name: _last(name) if name.rpartition(".")[0] == section else ""),
         (below or wrong, lambda name: name.partition(".")[2]),
         (last, lambda name: name.partition(".")[0]),
         (_words(wrong), _words),
         (last, _last),
     ]
-    for word, part in ways:
+    for word, part in searches:
         choices = {part(name): name for name in reversed(names)}
-        if word and (close := get_close_matches(word, choices, n=1, cutoff=_ALIKE)):
-            return f"; did you mean {choices[close[0]]}?"
-    containing = next((name for name in names if len(last) > 2 and last in name), "")
-    every = f"; sixbar keys{' --linkage' if schema is LinkageKeys else ''} lists all" if of_scene else ""
-    return f"; did you mean {containing}?" if containing else every
+        if word and (matches := get_close_matches(word, choices, n=1, cutoff=_ALIKE)):
+            return f"; did you mean {choices[matches[0]]}?"
+    similar = next((name for name in names if len(last) > 2 and last in name), "")
+    hint = f"; sixbar keys{' --linkage' if schema is LinkageKeys else ''} lists all" if of_scene else ""
+    return f"; did you mean {similar}?" if similar else hint
 
 
 def _tables(schema: type[BaseModel]) -> set[str]:
@@ -150,15 +150,15 @@ def _words(name: str) -> str:
     return " ".join(sorted(re.split(r"[._]", name.lower())))
 
 
-# ---- overrides, what follows from them, and errors of validation
+# ---- overrides and their consequences, and errors of validation
 
 LONGEST = 90
 """Longest name that lists all changes: the schema allows 100 characters, with a hash."""
 _FORMULATION = "solver.exudyn.formulation"
 _SETTINGS = ("solver.exudyn.step", "solver.exudyn.tolerance")  # their meaning depends on the formulation
-_SHOWN = {"m": (1e3, "mm"), "Pa": (1e-9, "GPa")}  # unit of a key -> that of a title, and the factor to it
-_BARE = re.compile(r"(?!(true|false|inf|nan)$)[A-Za-z_][A-Za-z0-9_./-]*")  # no TOML: --set takes it as text
-_PLAIN = re.compile(r"[A-Za-z0-9_-]+")  # a step of a key that is not quoted
+_TITLE_UNITS = {"m": (1e3, "mm"), "Pa": (1e-9, "GPa")}  # unit of a key -> a title's, and the factor to it
+_WORD = re.compile(r"(?!(true|false|inf|nan)$)[A-Za-z_][A-Za-z0-9_./-]*")  # no TOML: --set takes it as text
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")  # a step of a key that is not quoted
 _RULES = {
     "rule": "{text}",
     "greater_than": "must be > {gt:g}",
@@ -195,24 +195,24 @@ def flat(section: Mapping[str, Any], above: str = "") -> dict[str, Any]:
     keys: dict[str, Any] = {}
     for key, value in section.items():
         is_section = isinstance(value, Mapping) and value
-        keys |= flat(value, f"{above}{key}.") if is_section else {f"{above}{key}": unboxed(value)}
+        keys |= flat(value, f"{above}{key}.") if is_section else {f"{above}{key}": unbox(value)}
     return keys
 
 
-def differing(first: Mapping[str, Any], second: Mapping[str, Any]) -> tuple[tuple[str, Any, Any], ...]:
+def differences(first: Mapping[str, Any], second: Mapping[str, Any]) -> tuple[tuple[str, Any, Any], ...]:
     """Return the dotted keys whose values differ in two sections, with both; None where one lacks the key."""
     a, b = flat(first), flat(second)
     return tuple((key, a.get(key), b.get(key)) for key in {**a, **b} if a.get(key) != b.get(key))
 
 
-def unboxed(value: object) -> object:
+def unbox(value: object) -> object:
     """Convert a number of numpy, also in a dict, to Python's, which alone a strict type accepts."""
     if isinstance(value, Mapping):
-        return {name: unboxed(part) for name, part in value.items()}
+        return {name: unbox(part) for name, part in value.items()}
     return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
 
 
-def nested(keys: Mapping[str, Any]) -> dict[str, Any]:
+def nest(keys: Mapping[str, Any]) -> dict[str, Any]:
     """Return the sections of `flat` keys; where a value and a section have one key, the later remains."""
     result: dict[str, Any] = {}
     for key, value in keys.items():
@@ -229,8 +229,8 @@ def nested(keys: Mapping[str, Any]) -> dict[str, Any]:
     return result
 
 
-def merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return changed keys: a number for one partner leaves the other's, one for both replaces each."""
+def merge(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return keys with changes: a number for one partner leaves the other's, one for both replaces each."""
     result = dict(base)
     for key, value in changes.items():
         for material in MATERIALS:
@@ -238,36 +238,36 @@ def merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any
                 both = result.pop(material)
                 result |= {f"{material}.{partner}": both for partner in PARTNERS}
             elif key == material and value != {}:
-                result = {name: kept for name, kept in result.items() if not name.startswith(f"{material}.")}
+                result = {name: part for name, part in result.items() if not name.startswith(f"{material}.")}
         result[key] = value
     return result
 
 
 def apply(files: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
     """Return the keys of a scene's files with overrides."""
-    written = files.get(_FORMULATION, "auto")
+    formulation = files.get(_FORMULATION, "auto")
     # Settings belong to a formulation: the five bodies' step would slow the tree a hundredfold.
-    if overrides.get(_FORMULATION, written) not in (None, written):
+    if overrides.get(_FORMULATION, formulation) not in (None, formulation):
         files = {key: value for key, value in files.items() if key not in _SETTINGS}
-    return merged(files, overrides)
+    return merge(files, overrides)
 
 
 def combine(
     files: Mapping[str, Any], overrides: Mapping[str, Any], values: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return the overrides of a scene when keys are changed once more: those that differ from its files."""
+    """Return a scene's overrides after one more change: the values that differ from those of its files."""
     values = flat(values)
     formulation = overrides.get(_FORMULATION, files.get(_FORMULATION, "auto"))
     if values.get(_FORMULATION, formulation) != formulation:
         overrides = {key: value for key, value in overrides.items() if key not in _SETTINGS}
-    changes = merged(overrides, values)
+    changes = merge(overrides, values)
     base = apply(files, {key: changes[key] for key in (_FORMULATION,) if key in changes})
     base[_FORMULATION] = files.get(_FORMULATION)
     return {key: value for key, value in changes.items() if not _same(value, _at(base, key))}
 
 
 def _at(keys: Mapping[str, Any], key: str) -> object:
-    """Return the value of a key, of a partner's that of both, {} for a section; None where there is none."""
+    """Return the value of a key, of a partner's else that of both, of a section {}; None without one."""
     both, _, partner = key.rpartition(".")
     if both in MATERIALS and partner in PARTNERS:
         return keys.get(key, keys.get(both))
@@ -275,7 +275,7 @@ def _at(keys: Mapping[str, Any], key: str) -> object:
 
 
 def _same(value: object, before: object) -> bool:
-    """Return whether a value would change nothing; true is not 1, nor is 1.0 where an integer has to be."""
+    """Return whether a value changes nothing; true is not 1, nor is 1.0 where an integer has to be."""
     integer = type(value) is int and isinstance(before, float) and value == before
     return integer or toml(value) == toml(before)
 
@@ -285,11 +285,11 @@ def name_with(name: str, overrides: Mapping[str, object]) -> str:
 
     Keys are sorted: the order in which they were changed does not matter.
     """
-    whole = "+".join([name, *(f"{key}={_text(value)}" for key, value in sorted(overrides.items()))])
-    if re.match(NAME, whole) and len(whole) <= LONGEST:
-        return whole
-    most = re.sub(r"[^A-Za-z0-9._+=-]+", "_", whole)[:LONGEST]
-    return f"{most}+{hashlib.sha256(whole.encode('utf-8', 'surrogatepass')).hexdigest()[:8]}"
+    full_name = "+".join([name, *(f"{key}={_text(value)}" for key, value in sorted(overrides.items()))])
+    if re.match(NAME, full_name) and len(full_name) <= LONGEST:
+        return full_name
+    stem = re.sub(r"[^A-Za-z0-9._+=-]+", "_", full_name)[:LONGEST]
+    return f"{stem}+{hashlib.sha256(full_name.encode('utf-8', 'surrogatepass')).hexdigest()[:8]}"
 
 
 def title_with(name: str, overrides: Mapping[str, object]) -> str:
@@ -298,7 +298,7 @@ def title_with(name: str, overrides: Mapping[str, object]) -> str:
     for key, value in sorted(overrides.items()):
         text, unit = _text(value), _unit(key.split("."))
         if isinstance(value, float):
-            factor, unit = _SHOWN.get(unit, (1.0, unit))
+            factor, unit = _TITLE_UNITS.get(unit, (1.0, unit))
             text = f"{factor * value:.12g}"
         changes.append(f"{key} = {text} {unit}".rstrip())
     return f"{name} with {', '.join(changes)}"
@@ -314,13 +314,13 @@ def command_line(
 
 def _text(value: object) -> str:
     """Return a value as --set takes it."""
-    return value if isinstance(value, str) and _BARE.fullmatch(value) else toml(value)
+    return value if isinstance(value, str) and _WORD.fullmatch(value) else toml(value)
 
 
 def toml(value: object) -> str:
     """Return a value as TOML in one line, floats exactly."""
     if isinstance(value, Mapping):
-        keys = [key if _PLAIN.fullmatch(key) else toml(key) for key in map(str, value)]
+        keys = [key if _BARE_KEY.fullmatch(key) else toml(key) for key in map(str, value)]
         parts = [f"{key} = {toml(part)}" for key, part in zip(keys, value.values(), strict=True)]
         return f"{{ {', '.join(parts)} }}" if parts else "{}"
     if isinstance(value, list | tuple):
@@ -334,7 +334,7 @@ def toml(value: object) -> str:
 
 
 def readable(value: object) -> str:
-    """Return a value as TOML, large and small numbers with an exponent; of None that it is not stated."""
+    """Return a value as TOML, large and small numbers with an exponent, None as "not stated"."""
     if value is None:
         return "not stated"
     brief = f"{value:g}" if isinstance(value, float) else ""
@@ -358,7 +358,7 @@ def explain(error: ValidationError, schema: type[BaseModel] = SceneKeys) -> str:
         kind, steps = "name", steps[:-1]
     if "key" in context:  # a rule of the schema is violated
         steps, value = [*steps, *context["key"].split(".")], context.get("value")
-    key = ".".join(step if _PLAIN.fullmatch(step) else repr(step) for step in steps) or "the file"
+    key = ".".join(step if _BARE_KEY.fullmatch(step) else repr(step) for step in steps) or "the file"
     text = _RULES[kind].format(**context) if kind in _RULES else " ".join(first["msg"].split())
     of_scene = schema in (SceneKeys, LinkageKeys)
     unit = _unit(steps, schema) if of_scene else ""

@@ -1,6 +1,6 @@
 """Keys of a linkage: a scene with tables ``body``, of any planar bodies, joints, springs and drive.
 
-Its complete mapping has the points of all bodies, defaults, and no key that is neither given nor has one.
+Its complete mapping has the points of all bodies and all defaults; a key without a value is left out.
 """
 
 import tomllib
@@ -43,10 +43,10 @@ from comparison.scene.schema import (
     contact_violations,
 )
 
-NAMED = ("body", "pin", "guide", "spring", "initial", "guess")
+NAME_TABLES = ("body", "pin", "guide", "spring", "initial", "guess")
 """Tables that hold a table for each name, of a body in the last two."""
 STEPS_IN_TURN, STEPS = 50_000, 100_000
-"""Default steps of Exudyn at least, in a turn of what a speed drives, else in the duration."""
+"""Least default steps of Exudyn, in a turn where a speed drives, else in the duration."""
 ENERGIES = ("kinetic", "gravity", "drive", "spring", "contact", "damping", "friction", "load", "residual")
 DEG, N_M = Unit("deg"), Unit("N m")
 CORNERS = (".ll", ".lr", ".ul", ".ur")
@@ -285,15 +285,15 @@ class LinkageKeys(Section):
             yield "drive.torque_table", rows, "must lead from 0 to 360 deg, with equal torques there"
         if any(after[0] <= before[0] for before, after in pairwise(rows)):
             yield "drive.torque_table", rows, "must have rising angles"
-        loose, body = self.clearance, drive.body
-        guided = {guide.body: guide.on for name, guide in self.guide.items() if name not in loose}
-        while body in guided:
-            body = guided.pop(body)
+        gaps, body = self.clearance, drive.body
+        carriers = {guide.body: guide.on for name, guide in self.guide.items() if name not in gaps}
+        while body in carriers:
+            body = carriers.pop(body)
         if body == "frame" and not drive.free:
             yield "drive.body", drive.body, "cannot turn: a guide holds its angle"
         ways = ("speed_rpm", "torque", "torque_table", "free")
-        if len(given := [way for way in ways if getattr(drive, way) is not None]) != 1:
-            yield "drive", given, f"must have one of {', '.join(ways)}"
+        if len(choices := [way for way in ways if getattr(drive, way) is not None]) != 1:
+            yield "drive", choices, f"must have one of {', '.join(ways)}"
         by_speed = drive.speed_rpm is not None
         keys = {"drive.cycles": drive.cycles, "output.samples_per_cycle": output.samples_per_cycle}
         other = {"output.duration": output.duration, "output.samples": output.samples}
@@ -310,60 +310,60 @@ class LinkageKeys(Section):
 
     @property
     def laws(self) -> dict[str, tuple[LinkageContact, LinkageFriction]]:
-        """Contact law and friction of each clearance, by the beginning of its keys; of "" the usual ones."""
-        usual = self.contact or LinkageContact(), self.friction or LinkageFriction()
-        own = {
-            f"clearance.{name}.": (_over(usual[0], own.contact), _over(usual[1], own.friction))
-            for name, own in self.clearance.items()
+        """Contact law and friction of each clearance, by the beginning of its keys; the usual ones by ""."""
+        default = self.contact or LinkageContact(), self.friction or LinkageFriction()
+        special = {
+            f"clearance.{name}.": (_over(default[0], each.contact), _over(default[1], each.friction))
+            for name, each in self.clearance.items()
         }
-        return {"": usual} | own
+        return {"": default} | special
 
     def _clearance_violations(self) -> Iterator[tuple[str, object, str]]:
         for table in ("contact", "friction"):
-            if (own := getattr(self, table)) and not self.clearance:
-                yield table, own.model_dump(exclude_unset=True), "is for a linkage with a table clearance"
-        for name, own in self.clearance.items():
-            at, known = f"clearance.{name}", OF_PIN if name in self.pin else OF_GUIDE
+            if (section := getattr(self, table)) and not self.clearance:
+                yield table, section.model_dump(exclude_unset=True), "is for a linkage with a table clearance"
+        for name, clearance in self.clearance.items():
+            at, defaults = f"clearance.{name}", OF_PIN if name in self.pin else OF_GUIDE
             if name not in {**self.pin, **self.guide}:
                 yield at, name, f"is no pin or guide{_close(name, {**self.pin, **self.guide})}"
             for key in OF_PIN | OF_GUIDE:
-                value, usual = getattr(own, key), known.get(key)
-                if value is None and key in known and usual is None:
+                value, default = getattr(clearance, key), defaults.get(key)
+                if value is None and key in defaults and default is None:
                     yield f"{at}.{key}", None, "is missing: a guide needs it"
-                elif value is not None and key not in known:
-                    yield f"{at}.{key}", value, f"is for a {'guide' if known is OF_PIN else 'pin'}"
-                elif value is not None and isinstance(value, list) is not isinstance(usual, list):
-                    yield f"{at}.{key}", value, f"must be {'[x, y]' if known is OF_PIN else 'a number'}"
-            offset, size = own.offset or 0.0, own.size
+                elif value is not None and key not in defaults:
+                    yield f"{at}.{key}", value, f"is for a {'guide' if defaults is OF_PIN else 'pin'}"
+                elif value is not None and isinstance(value, list) is not isinstance(default, list):
+                    yield f"{at}.{key}", value, f"must be {'[x, y]' if defaults is OF_PIN else 'a number'}"
+            offset, size = clearance.offset or 0.0, clearance.size
             depth = (hypot(*offset) if isinstance(offset, list) else abs(offset)) - size
-            if own.tilt_deg and own.length and own.width:
-                tilt = radians(own.tilt_deg)
-                depth += (own.length * abs(sin(tilt)) + own.width * (abs(cos(tilt)) - 1.0)) / 2.0
+            if clearance.tilt_deg and clearance.length and clearance.width:
+                tilt = radians(clearance.tilt_deg)
+                depth += (clearance.length * abs(sin(tilt)) + clearance.width * (abs(cos(tilt)) - 1.0)) / 2.0
             if depth > 0.0:
                 key, beyond = "offset", f"starts {depth:.3g} m beyond the gap {at}.size = {size:g} m"
                 if not offset:
                     key = "tilt_deg"
-                elif own.tilt_deg:
-                    beyond = f"with tilt_deg = {own.tilt_deg:g} deg {beyond}"
-                yield f"{at}.{key}", getattr(own, key), beyond
+                elif clearance.tilt_deg:
+                    beyond = f"with tilt_deg = {clearance.tilt_deg:g} deg {beyond}"
+                yield f"{at}.{key}", getattr(clearance, key), beyond
         for at, laws in self.laws.items():
             yield from contact_violations(*laws, at)
 
     def _name_violations(self) -> Iterator[tuple[str, object, str]]:
-        """Yield names that are not those of bodies or of their points, or of two things."""
-        seen = ["frame", "drive"]
-        for table in NAMED[:4]:
+        """Yield names of bodies or points that do not exist, and names that two things share."""
+        names = ["frame", "drive"]
+        for table in NAME_TABLES[:4]:
             for name in getattr(self, table):
-                if name in seen:
+                if name in names:
                     yield (
                         f"{table}.{name}",
                         name,
                         "is taken: bodies, pins, guides, springs, frame and drive have names of their own",
                     )
-                seen.append(name)
+                names.append(name)
         bodies = [("drive.body", self.drive.body)] if self.drive.body or not self.drive.free else []
         bodies += [("load.body", self.load.body)] if self.load else []
-        bodies += [(f"{table}.{name}", name) for table in NAMED[4:] for name in getattr(self, table)]
+        bodies += [(f"{table}.{name}", name) for table in NAME_TABLES[4:] for name in getattr(self, table)]
         for name, guide in self.guide.items():
             bodies += [(f"guide.{name}.body", guide.body)]
             bodies += [(f"guide.{name}.on", guide.on)] if guide.on != "frame" else []
@@ -373,11 +373,11 @@ class LinkageKeys(Section):
             if "centroid" in body.points:
                 yield f"body.{name}.points.centroid", body.points["centroid"], "is body.centroid already"
             for point, at in ends_of(body).items():
-                if (stated := body.points.get(point, at)) != at:
-                    yield f"body.{name}.points.{point}", stated, f"differs from {at}, by body.{name}.length"
-        if (of := self.reliability.of) and of.rpartition(".")[2] not in ("x", "y", "angle"):
-            yield "reliability.of", of, "must be BODY.x, BODY.y or BODY.angle"
-        bodies += [("reliability.of", of.rpartition(".")[0])] if of else []
+                if (position := body.points.get(point, at)) != at:
+                    yield f"body.{name}.points.{point}", position, f"differs from {at}, by body.{name}.length"
+        if (channel := self.reliability.of) and channel.rpartition(".")[2] not in ("x", "y", "angle"):
+            yield "reliability.of", channel, "must be BODY.x, BODY.y or BODY.angle"
+        bodies += [("reliability.of", channel.rpartition(".")[0])] if channel else []
         for key, value in bodies:
             if value not in self.body:
                 yield key, value, f"is no body{_close(str(value), self.body)}"
@@ -396,9 +396,9 @@ class LinkageKeys(Section):
                     yield f"{table}.{name}.point", joint.point, "is for a joint with the frame alone"
 
 
-def _over(usual: Any, own: Section | None) -> Any:
-    """Return a table with the keys that one of its own gives in place of the usual ones."""
-    return usual.model_copy(update={key: getattr(own, key) for key in own.model_fields_set}) if own else usual
+def _over(usual: Any, law: Section | None) -> Any:
+    """Return the usual law with the keys that the law of one clearance gives."""
+    return usual.model_copy(update={key: getattr(law, key) for key in law.model_fields_set}) if law else usual
 
 
 def _close(wrong: str, names: Mapping[str, object]) -> str:
@@ -425,13 +425,13 @@ def complete(keys: LinkageKeys) -> dict[str, Any]:
         guide.setdefault("angle_deg", guide["direction_deg"])
     for guess in data["guess"].values():
         guess.setdefault("angle_deg", 0.0)
-    drive, output, loose = data["drive"], data["output"], data["clearance"]
-    for at, laws in keys.laws.items() if loose else ():
-        table = loose[at.split(".")[1]] if at else data
+    drive, output, gaps = data["drive"], data["output"], data["clearance"]
+    for at, laws in keys.laws.items() if gaps else ():
+        table = gaps[at.split(".")[1]] if at else data
         table |= {name: law.model_dump() for name, law in zip(("contact", "friction"), laws, strict=True)}
-    for name in loose:
-        loose[name] = (OF_PIN if name in keys.pin else OF_GUIDE) | loose[name]
-    if not loose:
+    for name in gaps:
+        gaps[name] = (OF_PIN if name in keys.pin else OF_GUIDE) | gaps[name]
+    if not gaps:
         del data["clearance"]
     elif "groups" not in keys.output.model_fields_set:
         output["groups"] = ["accelerations", "contacts"]
@@ -442,18 +442,18 @@ def complete(keys: LinkageKeys) -> dict[str, Any]:
         span, steps, samples = output["duration"], STEPS, "samples"
     count = output.setdefault(samples, 1000)
     if "step" not in keys.solver.exudyn.model_fields_set:
-        steps = max(steps, span / EXUDYN_STEP) if loose else steps  # contacts are as short as the press's
+        steps = max(steps, span / EXUDYN_STEP) if gaps else steps  # contacts are as short as the press's
         data["solver"]["exudyn"]["step"] = span / count / ceil(steps / count)
-    for model, usual in (("reference", "multiplier"), ("exudyn", "full")):
+    for model, formulation in (("reference", "multiplier"), ("exudyn", "full")):
         if data["solver"][model]["formulation"] == "auto":
-            data["solver"][model]["formulation"] = usual
+            data["solver"][model]["formulation"] = formulation
     return data
 
 
 def criteria(keys: LinkageKeys) -> LinkageReliability:
-    """Return the limits with the channel that they are of: by rule of the last body that is not driven.
+    """Return the limits with their channel, by default one of the last body that is not driven.
 
-    Of one that a guide of the frame guides it is x or y, whichever is nearer to the guide, else the angle.
+    It is x or y, whichever is nearer to a guide of the frame that guides the body; without one the angle.
     """
     *_, body = [name for name in keys.body if name != keys.drive.body] or keys.body
     guides = [guide for guide in keys.guide.values() if (guide.body, guide.on) == (body, "frame")]
@@ -463,33 +463,33 @@ def criteria(keys: LinkageKeys) -> LinkageReliability:
 
 
 def quantities(data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return the quantities that a linkage requests, by name: fields of a channel, or none of a press's."""
+    """Return the fields of each channel that a linkage requests, by name; of a channel of the press none."""
     size, rpm = largest_length(data), abs(data["drive"].get("speed_rpm", 0.0))
     scales = {"length": size, "1": 1.0, "length/T": size * rpm * pi / 30, "1/T": rpm * pi / 30}
-    groups, known = {"motion", *data["output"]["groups"]}, dict[str, dict[str, Any]]()
+    groups, definitions = {"motion", *data["output"]["groups"]}, dict[str, dict[str, Any]]()
     tables = {**data, "drive": ["drive"] if rpm else []}
     places = [("body", name) for name in data["body"]]
     places += [("corner" if "." in place else "journal", place) for place in contacts(data)]
     places += [(table, name) for table in ("pin", "guide", "spring", "drive") for name in tables[table]]
     for table, name in places:
         scales["clearance"] = data.get("clearance", {}).get(name.partition(".")[0], {}).get("size", 0.0)
-        first = f"{name}{'_' if table == 'corner' else '.'}"
+        prefix = f"{name}{'_' if table == 'corner' else '.'}"
         for quantity, keys in _file()[table].items():
-            own: dict[str, Any] = {"label": f"{name} {quantity}".replace("_", " ")}
-            own |= {key: f"{first}{keys[key]}" for key in ("rate", "follows") if key in keys}
-            own["gap"] = tuple(f"{first}{axis}" for axis in keys.get("gap", ()))
-            given = scales.get(keys.get("scale", "")) or None
-            known[f"{first}{quantity}"] = keys | own | {"scale": "range", "given": given}
-    known = {name: keys for name, keys in known.items() if keys["group"] in groups}
-    without = {"load"} - {*data} | (set() if "clearance" in data else {"contact", "friction"})
-    energies = [f"energy_{part}" for part in ENERGIES if "energy" in groups and part not in without]
-    return known | {name: _file()["energy"].get(name, {}) for name in energies}
+            fields: dict[str, Any] = {"label": f"{name} {quantity}".replace("_", " ")}
+            fields |= {key: f"{prefix}{keys[key]}" for key in ("rate", "follows") if key in keys}
+            fields["gap"] = tuple(f"{prefix}{axis}" for axis in keys.get("gap", ()))
+            scale = scales.get(keys.get("scale", "")) or None
+            definitions[f"{prefix}{quantity}"] = keys | fields | {"scale": "range", "given": scale}
+    definitions = {name: keys for name, keys in definitions.items() if keys["group"] in groups}
+    absent = {"load"} - {*data} | (set() if "clearance" in data else {"contact", "friction"})
+    energies = [f"energy_{part}" for part in ENERGIES if "energy" in groups and part not in absent]
+    return definitions | {name: _file()["energy"].get(name, {}) for name in energies}
 
 
 def contacts(data: Mapping[str, Any]) -> list[str]:
     """Return the contacts of a linkage as event tables name them: "PIN", and "GUIDE.ll" of each corner."""
-    loose = data.get("clearance", {})
-    return [f"{name}{end}" for name in loose for end in (CORNERS if name in data["guide"] else [""])]
+    gaps = data.get("clearance", {})
+    return [f"{name}{end}" for name in gaps for end in (CORNERS if name in data["guide"] else [""])]
 
 
 def largest_length(data: Mapping[str, Any]) -> float:

@@ -30,12 +30,12 @@ from comparison.scene.keys import (
     apply,
     combine,
     command_line,
-    differing,
+    differences,
     explain,
     flat,
-    merged,
+    merge,
     name_with,
-    nested,
+    nest,
     readable,
     scene_keys,
     short,
@@ -111,7 +111,7 @@ class Scene:
 
     @property
     def is_linkage(self) -> bool:
-        """Whether it is a linkage of bodies that it names itself, not the press."""
+        """True for a linkage of bodies that it names itself, False for the press."""
         return "body" in self.data
 
     @property
@@ -157,7 +157,7 @@ class Scene:
         return digest({key: part for key, part in self.data.items() if key != "scene"})
 
     def require_press(self, what: str) -> None:
-        """Raise a `SceneError` where it is a linkage, for what only the press has."""
+        """Raise a `SceneError` for a linkage: ``what`` is of the press alone."""
         if self.is_linkage:
             raise SceneError(f"scene {self.name!r}: {what} is for the press alone, see docs/linkages.md")
 
@@ -166,12 +166,12 @@ class Scene:
 
         Its name and title say so, unless they are among the values; it has no description.
         """
-        return _checked(self.files, _combined(self.files, self.overrides, values), self.source)
+        return _validate(self.files, _combine(self.files, self.overrides, values), self.source)
 
     def variant(self, values: Mapping[str, object]) -> Scene:
         """Return this scene at other settings or from another start, under its name and title."""
-        varied = self.with_values(values)
-        return replace(varied, data=varied.data | {"scene": self.data["scene"]})
+        scene = self.with_values(values)
+        return replace(scene, data=scene.data | {"scene": self.data["scene"]})
 
     def command(self, verb: str, *options: str) -> str:
         """Return the command ``sixbar VERB`` for this scene; empty if it was not read from a file."""
@@ -215,10 +215,10 @@ def load_scene(name_or_path: str | Path, overrides: Mapping[str, object] | None 
     source = str(name_or_path)
     path = _locate(source, Path(), source)
     files = {"scene.name": path.stem} | _read(path, ())
-    return _checked(files, _combined(files, {}, overrides or {}), source)
+    return _validate(files, _combine(files, {}, overrides or {}), source)
 
 
-def extended(scene: Scene) -> tuple[str, list[tuple[str, Any, Any]]]:
+def extension(scene: Scene) -> tuple[str, list[tuple[str, Any, Any]]]:
     """Return the scene that a file extends, and the stated keys whose values differ, there and here."""
     path = _locate(scene.source, Path(), scene.source).resolve()
     base = flat(tomllib.loads(contents(path, LARGEST_FILE))).get("scene.extends", "")
@@ -226,8 +226,8 @@ def extended(scene: Scene) -> tuple[str, list[tuple[str, Any, Any]]]:
     with suppress(SceneError):  # there is no base, or it is incomplete by itself
         there = load_scene(_locate(base, path.parent, path.stem))
     sides = ({**one.data, "reliability": one.reliability.model_dump(), "scene": {}} for one in (there, scene))
-    stated = {*there.files, *scene.files, *scene.overrides}
-    return base, [change for change in differing(*sides) if change[0] in stated]
+    keys = {*there.files, *scene.files, *scene.overrides}
+    return base, [change for change in differences(*sides) if change[0] in keys]
 
 
 def as_scene(scene: Scene | str | Path) -> Scene:
@@ -244,7 +244,7 @@ def scene_from_mapping(data: Mapping[str, Any]) -> Scene:
     keys = {"scene.name": "scene"} | flat(data)
     if keys.get("contact.impact_speed") == "frozen":  # up to 0.2.0; the only meaning that is left
         del keys["contact.impact_speed"]
-    return _checked(keys, {}, "")
+    return _validate(keys, {}, "")
 
 
 def parse_set(assignments: Sequence[str]) -> dict[str, object]:
@@ -259,11 +259,11 @@ def parse_set(assignments: Sequence[str]) -> dict[str, object]:
         if not equals or not all(part.strip() for part in key.split(".")):
             raise SceneError(f"--set {assignment!r} must be key=value, as in --set drive.speed_rpm=210")
         try:
-            parsed = tomllib.loads(f"value = {text.strip()}")
+            content = tomllib.loads(f"value = {text.strip()}")
         except (ValueError, RecursionError):  # not TOML, too many digits, too deep
-            parsed = {}
+            content = {}
         # More than one key means that the text contains a line break and is not a TOML value.
-        values[key.strip()] = parsed["value"] if parsed.keys() == {"value"} else text.strip()
+        values[key.strip()] = content["value"] if content.keys() == {"value"} else text.strip()
     return values
 
 
@@ -273,7 +273,7 @@ def digest(value: object, default: Callable[[Any], Any] | None = None) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _locate(name: str, folder: Path, wanted_by: str) -> Path:
+def _locate(name: str, folder: Path, referrer: str) -> Path:
     """Find the file: a shipped name first, else a path relative to ``folder``."""
     if name in (BASE, *shipped_scenes()):
         return SCENES / f"{name}.toml"
@@ -285,11 +285,11 @@ def _locate(name: str, folder: Path, wanted_by: str) -> Path:
             return path
     except (OSError, RuntimeError) as error:  # too long a name; a user who does not exist
         reason = getattr(error, "strerror", None) or "there is no such home folder"
-        raise SceneError(f"scene {' '.join(wanted_by.split())!r}: {reason}") from error
-    shipped = [*shipped_scenes(), *shipped_linkages()]
-    close = difflib.get_close_matches(name, shipped, n=1)
-    hint = f"did you mean {close[0]!r}?" if close else f"shipped are {', '.join(shipped)}"
-    raise SceneError(f"scene {wanted_by!r}: {name!r} is neither a shipped scene nor a file; {hint}")
+        raise SceneError(f"scene {' '.join(referrer.split())!r}: {reason}") from error
+    names = [*shipped_scenes(), *shipped_linkages()]
+    close = difflib.get_close_matches(name, names, n=1)
+    hint = f"did you mean {close[0]!r}?" if close else f"shipped are {', '.join(names)}"
+    raise SceneError(f"scene {referrer!r}: {name!r} is neither a shipped scene nor a file; {hint}")
 
 
 def _read(path: Path, chain: tuple[Path, ...]) -> dict[str, Any]:
@@ -309,14 +309,14 @@ def _read(path: Path, chain: tuple[Path, ...]) -> dict[str, Any]:
     if not isinstance(base, str):
         raise SceneError(f"{where}: scene.extends = {short(base)} must be a shipped name or a path")
     inherited = _read(_locate(base, path.parent, path.stem), (*chain, path))
-    keys = merged({key: value for key, value in inherited.items() if key.partition(".")[0] != "scene"}, keys)
+    keys = merge({key: value for key, value in inherited.items() if key.partition(".")[0] != "scene"}, keys)
     if {"body", "mechanism"} <= {key.partition(".")[0] for key in keys}:
         rule = "a linkage ([body]) and the press ([mechanism]) cannot extend one another"
         raise SceneError(f"{where}: scene.extends = {short(base)}: {rule}")
     return keys
 
 
-def _combined(
+def _combine(
     files: dict[str, Any], overrides: dict[str, Any], values: Mapping[str, object]
 ) -> dict[str, Any]:
     if not isinstance(values, Mapping):
@@ -324,18 +324,18 @@ def _combined(
     return combine(files, overrides, values)
 
 
-def _checked(files: dict[str, Any], overrides: dict[str, Any], source: str) -> Scene:
+def _validate(files: dict[str, Any], overrides: dict[str, Any], source: str) -> Scene:
     """Fill in texts and defaults, and validate."""
-    given = apply(files, overrides)
-    name = given["scene.name"] if given.get("scene", {}) == {} else Path(source).name
+    values = apply(files, overrides)
+    name = values["scene.name"] if values.get("scene", {}) == {} else Path(source).name
     texts = {key: value for key, value in overrides.items() if key.startswith("scene.")}
     changes = {key: value for key, value in overrides.items() if key not in texts}
     if changes and isinstance(name, str) and "scene" not in changes:  # the files' texts are of the files
         derived = {"scene.name": name_with(name, changes), "scene.title": title_with(name, changes)}
-        given |= derived | {"scene.description": ""} | texts
+        values |= derived | {"scene.description": ""} | texts
     schema = LinkageKeys if any(key.startswith("body.") for key in files) else SceneKeys
     try:
-        keys = schema.model_validate(nested({"scene.title": name} | given))
+        keys = schema.model_validate(nest({"scene.title": name} | values))
     except ValidationError as error:
         raise SceneError(f"scene {short(name)}: {explain(error, schema)}") from error
     if isinstance(keys, LinkageKeys):
@@ -346,8 +346,8 @@ def _checked(files: dict[str, Any], overrides: dict[str, Any], source: str) -> S
         start["slider_offset"] = data["mechanism"]["reference_offset"]
     if exudyn["formulation"] == "auto":
         exudyn["formulation"] = smallest("exudyn", data)
-    usual = declared_formulations("exudyn").get(exudyn["formulation"], {}).get("usual", {})
-    exudyn |= {key: usual[key] for key in usual.keys() - keys.solver.exudyn.model_fields_set}
+    defaults = declared_formulations("exudyn").get(exudyn["formulation"], {}).get("usual", {})
+    exudyn |= {key: defaults[key] for key in defaults.keys() - keys.solver.exudyn.model_fields_set}
     return Scene(data, files, overrides, source, keys.compare, keys.reliability)
 
 
@@ -371,28 +371,28 @@ def new_scene(path: Path, source: str) -> str:
     base = f"extends = {toml(Path(extends).as_posix())}"
     keys = [key for name in _SECTIONS for key in scene_keys() if key.name.startswith(f"{name}.")]
     if scene.is_linkage:  # whole: through a base that it extends a part that is deleted would come back
-        head, base, data = _LINKAGE_HEAD, "", nested(scene.files)
+        head, base, data = _LINKAGE_HEAD, "", nest(scene.files)
         order = {name.rpartition(".")[0]: -n for n, name in enumerate(reversed(scene.files))}
-        known, none = scene_keys(LinkageKeys), Key("", "", "", None, "", "")  # of another model's settings
+        schema, blank = scene_keys(LinkageKeys), Key("", "", "", None, "", "")  # of another model's settings
         keys = [
             next(
-                (key for key in known if f"{name}.".startswith(f"{with_name(key.name, name)}.")), none
+                (key for key in schema if f"{name}.".startswith(f"{with_name(key.name, name)}.")), blank
             )._replace(name=name)
             for name, value in sorted(scene.files.items(), key=lambda item: order[item[0].rpartition(".")[0]])
             if value != {} and not name.startswith("scene.")
         ]
     lines = [head, "[scene]", *filter(None, (base, f"title = {toml(path.stem)}"))]
     for key in keys:
-        section, _, own = key.name.rpartition(".")
+        section, _, leaf = key.name.rpartition(".")
         if f"[{section}]" not in lines:
             lines += ["", f"[{section}]"]
         rule = ", ".join(filter(None, (key.unit, key.bounds)))
         value = reduce(dict.__getitem__, key.name.split("."), data)
-        given = f"# {own} =" if value is None else f"{own} = {readable(value)}"  # nothing is no value of TOML
-        beside = f"{given}  # {rule}" if rule else given
-        above = key.description if len(beside) < 90 else f"{key.description} {rule}"
-        lines += textwrap.wrap(above, 80, initial_indent="# ", subsequent_indent="#   ")
-        lines.append(beside if above == key.description else given)
+        row = f"# {leaf} =" if value is None else f"{leaf} = {readable(value)}"  # nothing is no value of TOML
+        line = f"{row}  # {rule}" if rule else row
+        comment = key.description if len(line) < 90 else f"{key.description} {rule}"
+        lines += textwrap.wrap(comment, 80, initial_indent="# ", subsequent_indent="#   ")
+        lines.append(line if comment == key.description else row)
     return "\n".join(lines) + "\n"
 
 
@@ -461,7 +461,7 @@ def implausible(scene: Scene) -> Iterator[str]:
 
 @cache
 def _usual_contact() -> dict[str, Any]:
-    contact: dict[str, Any] = nested(_read(SCENES / f"{BASE}.toml", ()))["contact"]
+    contact: dict[str, Any] = nest(_read(SCENES / f"{BASE}.toml", ()))["contact"]
     return contact
 
 
@@ -471,18 +471,18 @@ def _without_effect(scene: Scene) -> dict[str, str]:
     if not joints:
         return {}
     law, has_law = contact["law"], f"under contact.law = {contact['law']!r}"
-    unused = {}
+    reasons = {}
     if "slider" not in joints:  # a journal's radius is its own
-        unused["corner_radius"] = "with joints.slider = 'ideal'"
+        reasons["corner_radius"] = "with joints.slider = 'ideal'"
     if law == "foundation":
-        unused["corner_radius"] = has_law
+        reasons["corner_radius"] = has_law
         if "crank_pin" not in joints:  # the law of the pin is Hertz's
-            unused["exponent"] = has_law
+            reasons["exponent"] = has_law
     if law != "adams-impact":
-        return unused | dict.fromkeys(("stiffness", "damping", "damping_depth"), has_law)
+        return reasons | dict.fromkeys(("stiffness", "damping", "damping_depth"), has_law)
     if contact["stiffness"] is not None:
-        unused |= dict.fromkeys(("youngs_modulus", "poisson", "corner_radius"), "beside contact.stiffness")
-    return unused | {"restitution": has_law}
+        reasons |= dict.fromkeys(("youngs_modulus", "poisson", "corner_radius"), "beside contact.stiffness")
+    return reasons | {"restitution": has_law}
 
 
 def contact_time(scene: Scene) -> float:
@@ -522,10 +522,10 @@ def contact_time(scene: Scene) -> float:
 def _at_workpiece(data: Mapping[str, Any]) -> Iterator[str]:
     load, bodies = data["load"], data["mechanism"]
     reach = sum(bodies[name]["length"] for name in ("crank", "rod2", "rocker", "rod4"))
-    unused = [key for key in ("surface", "depth", "exponent") if load[key] != Load.model_fields[key].default]
+    keys = [key for key in ("surface", "depth", "exponent") if load[key] != Load.model_fields[key].default]
     if not load["force"] and not load["table"]:
-        if unused:
-            yield f"load.{unused[0]} = {load[unused[0]]:g} has no effect without load.force or load.table"
+        if keys:
+            yield f"load.{keys[0]} = {load[keys[0]]:g} has no effect without load.force or load.table"
         return
     if abs(load["surface"]) > reach:
         yield f"load.surface = {load['surface']:g} m is beyond the linkage, {reach:g} m: its unit is m"

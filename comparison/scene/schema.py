@@ -408,7 +408,7 @@ class SceneKeys(Section):
 
 
 def contact_violations(contact: Any, friction: Friction, at: str = "") -> Iterator[tuple[str, object, str]]:
-    """Yield key, value and rule of what the tables contact and friction ``at`` a place violate."""
+    """Yield key, value and rule of violations in the tables contact and friction ``at`` a place."""
     if friction.transition_speed <= friction.static_speed:
         bound = f"must be > {at}friction.static_speed = {friction.static_speed:g} m/s"
         yield f"{at}friction.transition_speed", friction.transition_speed, bound
@@ -424,7 +424,7 @@ def contact_violations(contact: Any, friction: Friction, at: str = "") -> Iterat
 
 
 def common_violations(keys: Any) -> Iterator[tuple[str, object, str]]:
-    """Yield key, value and rule of what any scene violates: limits, load, groups, solvers, numbers."""
+    """Yield key, value and rule of violations in any scene: limits, load, groups, solvers, numbers."""
     for name in keys.reliability.channels:
         limits = getattr(keys.reliability, name)
         if limits.lower >= limits.upper:
@@ -447,8 +447,8 @@ def common_violations(keys: Any) -> Iterator[tuple[str, object, str]]:
             continue
         for key, value in settings.items():
             if not is_setting(value):
-                allowed = "must be a string, a boolean or a finite number"
-                yield f"solver.{name}.{key}", value, allowed
+                rule = "must be a string, a boolean or a finite number"
+                yield f"solver.{name}.{key}", value, rule
     for key, value in _numbers(keys.model_dump(exclude={"solver", "compare", "reliability"})):
         if value and not SMALLEST <= abs(value) <= LARGEST:
             yield key, value, f"must be 0 or between {SMALLEST:g} and {LARGEST:g}, of either sign"

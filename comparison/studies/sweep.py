@@ -16,10 +16,10 @@ from urllib.parse import urlsplit
 import pandas as pd
 from scipy.stats import qmc
 
-from comparison.execution.pool import Attempt, Died
+from comparison.execution.pool import Attempt, Death
 from comparison.execution.run import Progress, run_one
 from comparison.execution.store import Row
-from comparison.execution.tasks import SUCCESS, Finished, Spread, Task, measure_all
+from comparison.execution.tasks import SUCCESS, Rows, Spread, Task, measure_all
 from comparison.files import check_size, replacing
 from comparison.metrics import rms
 from comparison.models import find
@@ -306,7 +306,7 @@ def on_cluster(address: str) -> Spread:
         reason = getattr(error, "strerror", None) or " ".join(str(error).split()) or type(error).__name__
         raise SweepError(f"{where}: does not answer: {reason}") from error
 
-    def spread(attempt: Attempt, tasks: Mapping[str, Task]) -> Finished:
+    def spread(attempt: Attempt, tasks: Mapping[str, Task]) -> Rows:
         try:
             try:
                 client.wait_for_workers(1, timeout=PATIENCE)
@@ -320,7 +320,7 @@ def on_cluster(address: str) -> Spread:
                 if future.status == "finished":
                     yield futures[future], future.result()
                 elif future.status == "error" and type(future.exception()).__name__ == "KilledWorker":
-                    yield futures[future], Died("its worker died")
+                    yield futures[future], Death("its worker died")
                 else:
                     raise SweepError(f"{where}: lost; finished runs are kept")
         finally:

@@ -19,7 +19,7 @@ from comparison.accuracy.levels import NAMES, START, scene_at, solver_values
 from comparison.accuracy.refine import CHANNEL
 from comparison.accuracy.uncertainty import SAFETY_FACTOR
 from comparison.accuracy.work_precision import Candidate, time_run
-from comparison.execution.run import Job, Progress, run_all, run_one, successful
+from comparison.execution.run import Job, Progress, run_all, run_one, table_of
 from comparison.execution.store import Row
 from comparison.execution.tasks import SUCCESS, Task, measure_all, on_processes
 from comparison.files import write_text
@@ -182,7 +182,7 @@ def measured(config: Config, n_jobs: int, on_progress: Progress | None) -> Resul
 def confirmations(n_jobs: int) -> list[float]:
     """Return how far the other model's most accurate runs of `SCENES` are from the exact ones, m."""
     jobs = [Job(scene_at(first_cycle(name), MODELS[1], "tree", CONFIRMING), MODELS[1]) for name in SCENES]
-    tables = map(successful, run_all(jobs, n_jobs), jobs)
+    tables = map(table_of, run_all(jobs, n_jobs), jobs)
     pairs = zip(tables, SCENES, strict=True)
     return [float(np.abs(table.values(CHANNEL) - exact(name, 0)).max()) for table, name in pairs]
 

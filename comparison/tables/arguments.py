@@ -6,7 +6,7 @@ from typing import Any
 import pandas as pd
 from pydantic import ValidationError
 
-from comparison.scene.keys import explain, short, unboxed
+from comparison.scene.keys import explain, short, unbox
 from comparison.scene.schema import Section
 from comparison.tables import mapping as rules
 from comparison.tables.dialect import Column, Source, name_and_unit, read_column, time_place
@@ -18,12 +18,12 @@ Results = Table | pd.DataFrame | str | Path
 
 
 class Options(Section):
-    """Options of a function; None counts as not given, what is wrong is a `TableError` of one line."""
+    """Options of a function; None counts as not given; an error is a `TableError` of one line."""
 
     def __init__(self, **options: Any) -> None:
-        given: dict[str, Any] = {name: unboxed(value) for name, value in options.items() if value is not None}
+        values: dict[str, Any] = {name: unbox(value) for name, value in options.items() if value is not None}
         try:
-            super().__init__(**given)
+            super().__init__(**values)
         except ValidationError as error:
             raise TableError(" ".join(explain(error, type(self)).split())) from None
 
@@ -42,12 +42,12 @@ def as_source(results: Results, label: str) -> Path | Source:
         raise TableError(f"{label}: must be a path, a table or a pandas data frame, not of type {kind}")
     columns: list[Column] = []
     for n, name in enumerate(table.names):
-        own = table.own.get(name)
-        bare, unit = (name, own.unit or None) if own else name_and_unit(name)
+        definition = table.overrides.get(name)
+        plain_name, unit = (name, definition.unit or None) if definition else name_and_unit(name)
         entries = table.frame.iloc[:, n]
         seconds = entries.dt.total_seconds() if entries.dtype.kind == "m" else entries
-        columns.append(read_column(bare, unit, seconds))
-    return Source(Path(label), columns, beside=table)
+        columns.append(read_column(plain_name, unit, seconds))
+    return Source(Path(label), columns, companions=table)
 
 
 def as_mapping(mapping: rules.Mapping | str | Path | None) -> rules.Mapping | None:
@@ -60,7 +60,7 @@ def as_mapping(mapping: rules.Mapping | str | Path | None) -> rules.Mapping | No
 
 
 def _with_time(frame: pd.DataFrame, label: str) -> pd.DataFrame:
-    """Return a frame whose index, if it is the time and no column is, is its first column."""
+    """Return a frame with its index as first column where the index is the time and no column is."""
     if frame.columns.nlevels > 1:
         raise TableError(f"{label}: its columns have {frame.columns.nlevels} levels of names; one is read")
     index = frame.index.rename(TIME) if isinstance(frame.index, pd.TimedeltaIndex) else frame.index

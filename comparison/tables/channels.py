@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from comparison.scene.linkage import contacts, quantities
 
 Array = NDArray[np.float64]
-"""Values of a channel, and what is computed from them."""
+"""Values of a channel, and numbers computed from them."""
 BoolArray = NDArray[np.bool_]
 CORNERS = {"ll": "lower left", "lr": "lower right", "ul": "upper left", "ur": "upper right"}
 PIN = "pin"
@@ -48,7 +48,7 @@ class Channel:
 
     @property
     def unscaled(self) -> bool:
-        """Whether it is an error, and no scale is stated that a tolerance may be a share of."""
+        """True for an error without a stated scale: a tolerance is a share of nothing then."""
         return self.error and self.given is None
 
     def scale_value(self, scene: Mapping[str, Any] | None, extent: Extent) -> float | Extent:
@@ -77,25 +77,25 @@ class Channel:
 def channels() -> dict[str, Channel]:
     """Return all channels by name, in the order of a table's columns."""
     file = _file()
-    known = [Channel(name=name, **keys) for name, keys in file["channel"].items()]
+    definitions = [Channel(name=name, **keys) for name, keys in file["channel"].items()]
     for corner, words in CORNERS.items():
         for quantity, keys in file["corner"].items():
-            first, own = f"corner_{corner}_", dict[str, Any](label=f"{keys['label']}, {words} corner")
+            prefix, fields = f"corner_{corner}_", dict[str, Any](label=f"{keys['label']}, {words} corner")
             if "follows" in keys:
-                own["follows"] = f"{first}{keys['follows']}"
-            own["gap"] = tuple(f"{first}{gap}" for gap in keys.get("gap", ()))
-            known.append(Channel(f"{first}{quantity}", group="corners", **keys | own))
+                fields["follows"] = f"{prefix}{keys['follows']}"
+            fields["gap"] = tuple(f"{prefix}{gap}" for gap in keys.get("gap", ()))
+            definitions.append(Channel(f"{prefix}{quantity}", group="corners", **keys | fields))
     for joint in "OABHCF":
         for axis, keys in file["joint"].items():
-            own = {"name": f"reaction_{joint}_{axis}", "label": f"{keys['label']} at {joint}"}
-            known.append(Channel(group="joints", **keys | own))
-    return {channel.name: channel for channel in known}
+            fields = {"name": f"reaction_{joint}_{axis}", "label": f"{keys['label']} at {joint}"}
+            definitions.append(Channel(group="joints", **keys | fields))
+    return {channel.name: channel for channel in definitions}
 
 
 def known_channels(scene: Mapping[str, Any]) -> dict[str, Channel]:
     """Return the channels that a table of a scene may hold: the press's, and those of its linkage."""
-    own = quantities(scene) if "body" in scene else {}
-    return channels() | {name: Channel(name, **keys) for name, keys in own.items() if keys}
+    fields = quantities(scene) if "body" in scene else {}
+    return channels() | {name: Channel(name, **keys) for name, keys in fields.items() if keys}
 
 
 def places(scene: Mapping[str, Any]) -> list[str]:
@@ -103,8 +103,8 @@ def places(scene: Mapping[str, Any]) -> list[str]:
     return contacts(scene) if "body" in scene else [*CONTACTS]
 
 
-def touching(place: str, scene: Mapping[str, Any]) -> list[str]:
-    """Return the corners that a contact of this name is of: under the law foundation both of its side."""
+def corners_of(place: str, scene: Mapping[str, Any]) -> list[str]:
+    """Return the corners of the contact of this name: under the law foundation both of its side."""
     of_side = place != PIN and scene.get("contact", {}).get("law") == "foundation"
     return [f"{end}{place[1]}" for end in "lu"] if of_side else [place]
 
@@ -127,8 +127,8 @@ def expected(scene: Mapping[str, Any]) -> list[str]:
     absent = ["corner_" if joints["slider"] == "ideal" else "guide_"]
     absent += ["journal_"] * (joints["crank_pin"] == "ideal")
     absent += ["energy_load"] * (not has_load(scene))
-    known = channels().items()
-    return [name for name, channel in known if channel.group in groups and not name.startswith(tuple(absent))]
+    items = channels().items()
+    return [name for name, channel in items if channel.group in groups and not name.startswith(tuple(absent))]
 
 
 @cache

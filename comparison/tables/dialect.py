@@ -23,7 +23,7 @@ from comparison.tables.units import parse_unit, same_dimension
 _SPACES = r"\s+"  # the separator: any number of spaces and tabs
 _SEPARATORS = (";", "\t", ",", _SPACES)
 _COMMENTS = ("#", "%", "!")
-_DIGIT = re.compile(r"\W*(?:\d|nan|inf)", re.IGNORECASE)  # how a number begins, also one that is misread
+_DIGIT = re.compile(r"\W*(?:\d|nan|inf)", re.IGNORECASE)  # beginning of a number, also of a misread one
 _EXPONENT = r"(?:[eEdDqQ][+-]?\d+|[+-]\d{3})?"  # Fortran's has a D, or no letter before three digits
 _FORTRAN = re.compile(  # 1.5D-3, 1.5-101
     r"([+-]?(?=\.?\d)\d*\.?\d*)[dDqQ]([+-]?\d+)|([+-]?(?=\.?\d)\d*\.\d*)([+-]\d{3})"
@@ -45,10 +45,10 @@ Heading = list[tuple[str, str | None]]  # name and unit of each column
 class Column(NamedTuple):
     """Unconverted column of another program's table."""
 
-    name: str  # without quotes and brackets; of one without a name that of its place, ``#2``
+    name: str  # without quotes and brackets; of a nameless column its place, ``#2``
     unit: str | None
     numbers: Array  # nan where there is none
-    text: tuple[str, str] | None = None  # place, such as "line 7", and text of the first that is no number
+    text: tuple[str, str] | None = None  # of the first entry that is no number: place, such as "line 7", text
 
 
 @dataclass(frozen=True)
@@ -59,8 +59,8 @@ class Source:
     columns: list[Column]  # without empty columns and row counters that have no name
     others: list[str] = field(default_factory=list)  # other contents of the file, which cannot be compared
     notes: list[str] = field(default_factory=list)  # warnings
-    beside: Table = field(default_factory=lambda: Table(pd.DataFrame()))
-    """Its events, pulses, extrema and provenance, where it has them; the frame does not count."""
+    companions: Table = field(default_factory=lambda: Table(pd.DataFrame()))
+    """Its events, pulses, extrema and provenance, where it has them; their frame is empty or ignored."""
 
     @property
     def names(self) -> list[str]:
@@ -69,11 +69,11 @@ class Source:
 
     @property
     def time_name(self) -> str | None:
-        """Name of the column that is the time by its name, else of a first one without a name; or None."""
-        bare = [name for name in self.names if name_and_unit(name)[0] == name]  # Parquet's state no unit
-        place = time_place(bare)
+        """Name of the time's column: by its name, else a nameless first column; None without one."""
+        names = [name for name in self.names if name_and_unit(name)[0] == name]  # Parquet's state no unit
+        place = time_place(names)
         nameless = position(0) if self.names[:1] == [position(0)] else None
-        return nameless if place is None else bare[place]
+        return nameless if place is None else names[place]
 
 
 class _Line(NamedTuple):
@@ -93,13 +93,13 @@ class _Layout(NamedTuple):
         return line.lstrip(" \t").startswith(self.comments)
 
     def fields(self, line: str) -> list[str]:
-        """Return the fields of a row, without a comment at its end: of the signs guessed only ``#``."""
+        """Return the fields of a row without a comment at its end; of guessed signs only ``#`` begins one."""
         if self.comments and self.comments[0] in line:
             line = re.sub(rf'[ \t]{re.escape(self.comments[0])}[^"]*$', "", line)
         fields = self._split(line)
         if sign := re.escape(self.thousands):
-            grouped = re.compile(rf"^[+-]?[1-9]\d{{0,2}}(?:{sign}\d{{3}})+(?!\d|{sign})")
-            fields = [grouped.sub(lambda match: match[0].replace(self.thousands, ""), f) for f in fields]
+            pattern = re.compile(rf"^[+-]?[1-9]\d{{0,2}}(?:{sign}\d{{3}})+(?!\d|{sign})")
+            fields = [pattern.sub(lambda match: match[0].replace(self.thousands, ""), f) for f in fields]
         return fields
 
     def _split(self, line: str) -> list[str]:
@@ -116,11 +116,11 @@ class _Layout(NamedTuple):
         signs = "|".join(map(re.escape, self.comments)) or " "
         line = re.sub(rf"^(?: |{signs})*", "", line).rstrip(" ")
         if self.separator == _SPACES:
-            return self.fitted([word.strip('",;') for word in _WORD.findall(line)])
-        return self.fitted(self._split(line))
+            return self.fit([word.strip('",;') for word in _WORD.findall(line)])
+        return self.fit(self._split(line))
 
-    def fitted(self, fields: list[str]) -> list[str]:
-        """Return fields if there is one for each of the row, apart from a separator at the end; else none."""
+    def fit(self, fields: list[str]) -> list[str]:
+        """Return fields if they are as many as the row's, apart from a separator at the end; else none."""
         if len(fields) == len(self.row) + 1 and not fields[-1]:
             fields = fields[:-1]
         if len(fields) == len(self.row) - 1 and not self.row[-1]:
@@ -128,10 +128,10 @@ class _Layout(NamedTuple):
         return fields if len(fields) == len(self.row) else []
 
     def units(self, line: str, time: int) -> list[str]:
-        """Return the fields of a line of units, which has one of time in the time's column; else none."""
+        """Return the fields of a line of units, with a unit of time in the time's column; else none."""
         fields = self.words(line)
-        at_time = parse_unit(_bare(fields[time]) or "") if fields else None
-        return fields if same_dimension(at_time, parse_unit("s")) else []
+        time_unit = parse_unit(_strip_brackets(fields[time]) or "") if fields else None
+        return fields if same_dimension(time_unit, parse_unit("s")) else []
 
     def check_comment(self, line: _Line) -> None:
         """Reject a comment that may be a row or another heading, if its sign is guessed."""
@@ -169,7 +169,7 @@ def decode(content: bytes) -> str:
 
 
 def parse_text(path: Path, text: str, dialect: Dialect) -> Source:
-    """Read the columns of a text with line feeds; a `TableError`, without the file, if they are not clear."""
+    """Read the columns of a text with line feeds; unclear ones are a `TableError` without the file's name."""
     lines = [_Line(n, line) for n, line in enumerate(text.split("\n"), 1) if line.strip(" \t")]
     if not lines:
         raise TableError("is empty")
@@ -180,8 +180,8 @@ def parse_text(path: Path, text: str, dialect: Dialect) -> Source:
         if not any(map(_DIGIT.match, fields)):
             raise TableError(f"line {number} is text: save one block per file, or {remedy('skip')}")
     size = [str(len(rows)), str(len(layout.row))]  # a line of these numbers alone is a title
-    above = [line for line in titles[:first] if line.text.split() != size]
-    heading, notes = _heading(above, layout, dialect)
+    head = [line for line in titles[:first] if line.text.split() != size]
+    heading, notes = _heading(head, layout, dialect)
     if not heading and dialect.skip is None and dialect.names is None and dialect.separator is None:
         _check_nameless(titles[first], layout, len(rows), alone=not first)
     decimal = _decimal_sign(rows.values(), layout.separator, dialect)
@@ -192,8 +192,8 @@ def parse_text(path: Path, text: str, dialect: Dialect) -> Source:
             unit = None
         entries = pd.Series([fields[n] for fields in rows.values()], dtype=object)
         column = read_column(name or position(len(columns)), unit, entries, decimal, [*rows])
-        counted = (np.arange(column.numbers.size) + begin for begin in (0, 1))
-        is_index = n == 0 and bool(heading) and any(np.array_equal(column.numbers, c) for c in counted)
+        counts = (np.arange(column.numbers.size) + begin for begin in (0, 1))
+        is_index = n == 0 and bool(heading) and any(np.array_equal(column.numbers, c) for c in counts)
         if name or (any(entries) and not is_index):
             columns.append(column)
     return Source(path, columns, notes=notes)
@@ -206,14 +206,14 @@ def read_column(
     decimal: str = ".",
     lines: Sequence[int] = (),
 ) -> Column:
-    """Return a column as numbers; those that are text have this decimal sign, and stand in these lines."""
+    """Return a column as numbers; text has this decimal sign and comes from these lines."""
     if entries.dtype.kind in "fiu":
         return Column(name, unit, entries.to_numpy(dtype=np.float64, na_value=np.nan))
-    known = zip(entries, entries.notna(), strict=True)
-    texts = [str(entry).strip() if is_known else "" for entry, is_known in known]
-    swapped = str.maketrans(",.", ".,")
-    plain = [text.translate(swapped) for text in texts] if decimal == "," else texts
-    numbers = np.array([_value(text) for text in plain])
+    pairs = zip(entries, entries.notna(), strict=True)
+    texts = [str(entry).strip() if is_known else "" for entry, is_known in pairs]
+    swap = str.maketrans(",.", ".,")
+    literals = [text.translate(swap) for text in texts] if decimal == "," else texts
+    numbers = np.array([_value(text) for text in literals])
     for n in np.flatnonzero(np.isnan(numbers)).tolist():
         if texts[n].lstrip("+-").lower() not in ("", "nan"):
             place = f"line {lines[n]}" if lines else f"data row {n + 1}"
@@ -236,29 +236,29 @@ def _value(text: str) -> float:
 
 
 def _first_row(lines: Sequence[_Line], dialect: Dialect) -> tuple[int, _Layout]:
-    """Return the place of the first row of numbers among lines, and how it is split.
+    """Return the place of the first row of numbers among lines, and the layout of the lines.
 
-    All its fields are numbers, and the next row has as many; or it has a number below the name of the time,
-    as the next row has.
+    Either all its fields are numbers, and the next row has as many; or both rows have a number below the name
+    of the time.
     """
-    stated = _SPACES if dialect.separator == " " else dialect.separator
+    separator = _SPACES if dialect.separator == " " else dialect.separator
     comments = _COMMENTS if dialect.comment is None else (dialect.comment,) * bool(dialect.comment)
-    separators = _SEPARATORS if stated is None else (stated,)
-    ways = [_Layout(each, comments, dialect.thousands or "") for each in separators]
-    rows = [n for n, line in enumerate(lines) if not ways[0].is_comment(line.text)]
+    separators = _SEPARATORS if separator is None else (separator,)
+    options = [_Layout(each, comments, dialect.thousands or "") for each in separators]
+    rows = [n for n, line in enumerate(lines) if not options[0].is_comment(line.text)]
     for n, below in zip(rows, [*rows[1:], *rows[-1:]], strict=True):
-        layouts = [way._replace(row=way.fields(lines[n].text)) for way in ways]
+        layouts = [way._replace(row=way.fields(lines[n].text)) for way in options]
         for layout in sorted(layouts, key=lambda layout: not _are_numbers(layout.row)):
-            above = (layout.words(line.text) for line in lines[max(n - 3, 0) : n])  # names, units, a remark
-            names = [layout.fitted(dialect.names)] if dialect.names else [*above]
+            titles = (layout.words(line.text) for line in lines[max(n - 3, 0) : n])  # names, units, a remark
+            names = [layout.fit(dialect.names)] if dialect.names else [*titles]
             if len(layout.row) < 2 or (dialect.names and not any(names)):
                 continue
-            whole, after = _are_numbers(layout.row), layout.fields(lines[below].text)
-            alike = len(after) == len(layout.row) and any(map(NUMBER.fullmatch, after))
+            numeric, following = _are_numbers(layout.row), layout.fields(lines[below].text)
+            alike = len(following) == len(layout.row) and any(map(NUMBER.fullmatch, following))
             times = [place for place in map(time_place, names) if place is not None]
             at_time = [place for place in times if NUMBER.fullmatch(layout.row[place])]
-            below_time = whole or (alike and any(NUMBER.fullmatch(after[place]) for place in at_time))
-            if (at_time and below_time) or (whole and alike):
+            below_time = numeric or (alike and any(NUMBER.fullmatch(following[place]) for place in at_time))
+            if (at_time and below_time) or (numeric and alike):
                 return n, layout
     keys = remedy("separator, decimal, thousands, skip, names")
     raise TableError(f"contains no row of two or more numbers: {keys}")
@@ -266,12 +266,12 @@ def _first_row(lines: Sequence[_Line], dialect: Dialect) -> tuple[int, _Layout]:
 
 def _are_numbers(fields: Sequence[str]) -> bool:
     """Return whether all fields that are not empty, one at least, are numbers."""
-    written = [*filter(None, fields)]
-    return bool(written) and all(map(NUMBER.fullmatch, written))
+    entries = [*filter(None, fields)]
+    return bool(entries) and all(map(NUMBER.fullmatch, entries))
 
 
 def _rows(lines: Iterable[_Line], layout: _Layout) -> Iterator[tuple[int, list[str]]]:
-    """Yield number and fields of each row; those of nothing but separators are a spreadsheet's."""
+    """Yield number and fields of each row; skip rows of separators alone, which spreadsheets write."""
     for line in lines:
         if layout.is_comment(line.text):
             layout.check_comment(line)
@@ -283,11 +283,11 @@ def _rows(lines: Iterable[_Line], layout: _Layout) -> Iterator[tuple[int, list[s
 
 
 def _check_nameless(line: _Line, layout: _Layout, rows: int, *, alone: bool) -> None:
-    """Reject a first row that need not be one of numbers, or whose columns are not clear without names."""
-    written = [field for field in layout.row if field]
-    counts = [[str(n + begin) for n in range(len(written))] for begin in (0, 1)]
-    if (alone and written in counts) or written == [str(rows - 1), "2"]:
-        may_be = f"line {line.number} holds {', '.join(written)}, which may be names or numbers, or a size"
+    """Reject a first row that may be names or a size, or whose columns are not clear without names."""
+    entries = [field for field in layout.row if field]
+    counts = [[str(n + begin) for n in range(len(entries))] for begin in (0, 1)]
+    if (alone and entries in counts) or entries == [str(rows - 1), "2"]:
+        may_be = f"line {line.number} holds {', '.join(entries)}, which may be names or numbers, or a size"
         keys = remedy(f"skip = 0 (names), names = [] (numbers) or both, with skip = {line.number} (size)")
         raise TableError(f"{may_be}: {keys}")
     if layout.separator == _SPACES and "\t" in line.text.strip():
@@ -295,55 +295,55 @@ def _check_nameless(line: _Line, layout: _Layout, rows: int, *, alone: bool) -> 
 
 
 def _decimal_sign(rows: Iterable[Sequence[str]], separator: str, dialect: Dialect) -> str:
-    """Return the decimal sign of all numbers: the one that is stated, or that has one reading."""
+    """Return the decimal sign of all numbers: the stated one, else the one that makes all readable."""
     if decimal := dialect.decimal or {".": ",", ",": "."}.get(dialect.thousands or ""):
         return decimal
     fields = [field for row in rows for field in row if "," in field or "." in field]
-    seen = {sign: next((f for f in fields if sign in f and NUMBER.fullmatch(f)), "") for sign in ".,"}
-    if not any(seen.values()) or (separator == "," and not seen[","]):
+    examples = {sign: next((f for f in fields if sign in f and NUMBER.fullmatch(f)), "") for sign in ".,"}
+    if not any(examples.values()) or (separator == "," and not examples[","]):
         return "."
-    sign = max(seen, key=lambda each: len(seen[each]))
-    clear = re.compile(
+    sign = max(examples, key=lambda each: len(examples[each]))
+    pattern = re.compile(
         rf"(?![+-]?[1-9]\d{{0,2}}[{sign}]\d{{3}}$)[+-]?(\d+[{sign}]\d*|[{sign}]\d+){_EXPONENT}"
     )
-    if all(seen.values()) or not any(map(clear.fullmatch, fields)):
-        numbers = " and ".join(map(repr, dict.fromkeys(filter(None, seen.values()))))
-        not_clear = f"whether a point or a comma is the decimal sign is not clear from {numbers}"
-        raise TableError(f"{not_clear}: {remedy('decimal (and thousands)')}")
+    if all(examples.values()) or not any(map(pattern.fullmatch, fields)):
+        numbers = " and ".join(map(repr, dict.fromkeys(filter(None, examples.values()))))
+        problem = f"whether a point or a comma is the decimal sign is not clear from {numbers}"
+        raise TableError(f"{problem}: {remedy('decimal (and thousands)')}")
     return sign
 
 
 # ---- names of the columns
 
 
-def _heading(above: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple[Heading, list[str]]:
+def _heading(head: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple[Heading, list[str]]:
     """Return names and units from the lines above the first row, none if they name no columns; and notes.
 
     The names are in the last line that names the time, which may be a comment, else in the line above the
-    rows if its separators part single words. Below the lines that a mapping skips they follow at once.
-    Without them, or above names that a mapping states, all lines are comments.
+    rows if its separators part single words; where a mapping skips lines, in the next one. Without names, or
+    where a mapping states them, all lines are comments.
     """
-    names_in = [layout.words(line.text) for line in above]
-    likely = [n for n, names in enumerate(names_in) if time_place(names) is not None]
-    if not likely and above and layout.separator != _SPACES and not layout.is_comment(above[-1].text):
+    names_in = [layout.words(line.text) for line in head]
+    candidates = [n for n, names in enumerate(names_in) if time_place(names) is not None]
+    if not candidates and head and layout.separator != _SPACES and not layout.is_comment(head[-1].text):
         words = all(name[:1].isalpha() and " " not in name for name in names_in[-1])
-        likely = [len(above) - 1] if names_in[-1] and words else []
+        candidates = [len(head) - 1] if names_in[-1] and words else []
     if dialect.skip is not None:
-        likely = [n for n, names in enumerate(names_in) if names][:1]
-    if dialect.names is not None or not likely:
-        for line in above:
+        candidates = [n for n, names in enumerate(names_in) if names][:1]
+    if dialect.names is not None or not candidates:
+        for line in head:
             # A comment that begins with the time names the columns, but not all.
             is_title = not layout.is_comment(line.text) or re.match(r"(?i)\W*time\b", line.text)
             if NUMBER.fullmatch(layout.fields(line.text)[0]) or (dialect.names is None and is_title):
                 may_be = "may be a row, name the columns or be a title"
                 keys = remedy("decimal, thousands, names or skip (lines above the names, or the numbers)")
                 raise TableError(f"line {line.number} {may_be}: {keys}")
-        if above and dialect.names is None:
-            layout.check_comment(above[-1])
-        return _named(layout.fitted(dialect.names or []), []), []
-    place, names = likely[-1], names_in[likely[-1]]
+        if head and dialect.names is None:
+            layout.check_comment(head[-1])
+        return _parse_names(layout.fit(dialect.names or []), []), []
+    place, names = candidates[-1], names_in[candidates[-1]]
     time, units = time_place(names) or 0, list[str]()
-    for line in above[place + 1 :]:
+    for line in head[place + 1 :]:
         fields = layout.units(line.text, time)
         if fields and not units:
             units = fields
@@ -352,11 +352,11 @@ def _heading(above: Sequence[_Line], layout: _Layout, dialect: Dialect) -> tuple
         else:
             problem = "is not one line of units, nor a row of numbers"
             raise TableError(f"line {line.number}, below the names, {problem}: {remedy('names')}")
-    return _named(names, units), list(_titles(above[:place], layout, time))
+    return _parse_names(names, units), list(_titles(head[:place], layout, time))
 
 
 def _titles(lines: Sequence[_Line], layout: _Layout, time: int) -> Iterator[str]:
-    """Yield the lines above the names that may be names too; reject those that are likely to be."""
+    """Yield remarks on lines above the names that may be names too; reject a line that probably is."""
     for line in lines:
         fields = [] if layout.is_comment(line.text) else layout.words(line.text)
         belongs = layout.separator != _SPACES and len(fields) > 2 and all(fields[1:])
@@ -369,19 +369,19 @@ def _titles(lines: Sequence[_Line], layout: _Layout, time: int) -> Iterator[str]
 
 def time_place(fields: Sequence[str]) -> int | None:
     """Return the place of the time: ``time`` in any case, else ``t``, else Simulink's ``tout``; else None."""
-    bare = [name_and_unit(field)[0] for field in fields]
-    names = [TIME if name.casefold() == TIME else name for name in bare]
+    stems = [name_and_unit(field)[0] for field in fields]
+    names = [TIME if name.casefold() == TIME else name for name in stems]
     return next((names.index(name) for name in (TIME, "t", "tout") if name in names), None)
 
 
-def _named(names: Sequence[str], units: Sequence[str]) -> Heading:
+def _parse_names(names: Sequence[str], units: Sequence[str]) -> Heading:
     parts = [name_and_unit(field) for field in names]
-    bare = [name for name, _ in parts]
-    if twice := next((name for name in bare if name and bare.count(name) > 1), None):
-        raise TableError(f"column {twice!r} occurs twice, which is ambiguous: {remedy('names')}")
+    stems = [name for name, _ in parts]
+    if duplicate := next((name for name in stems if name and stems.count(name) > 1), None):
+        raise TableError(f"column {duplicate!r} occurs twice, which is ambiguous: {remedy('names')}")
     heading: Heading = []
     for (name, beside), entry in zip(parts, units or [""] * len(parts), strict=True):
-        below = _bare(entry)
+        below = _strip_brackets(entry)
         if beside and below and beside != below and parse_unit(beside) != parse_unit(below):
             both = f"column {name!r} states {beside!r} beside its name and {below!r} below it"
             raise TableError(f"{both}: {remedy('names')}")
@@ -389,7 +389,7 @@ def _named(names: Sequence[str], units: Sequence[str]) -> Heading:
     return heading
 
 
-def _bare(field: str) -> str | None:
+def _strip_brackets(field: str) -> str | None:
     """Return a unit without its brackets; None for an empty field."""
     inside = re.fullmatch(r"\[(.*)\]|\((.*)\)", field)
     return (inside[1] or inside[2] or "" if inside else field).strip() or None

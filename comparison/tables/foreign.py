@@ -1,6 +1,6 @@
 """Tables of any origin as `Table`: which column is which channel, in SI units with the channels' signs.
 
-What is no channel of the press is compared under its own name and in the tables' units.
+A column that is no channel of the press is compared under its name and in the tables' units.
 """
 
 import io
@@ -40,7 +40,7 @@ from comparison.tables.units import parse_unit, same_dimension
 
 _HEAD = 1024  # bytes in which text has no zero byte
 _LARGEST_TEXT = 400_000_000  # bytes: read line by line it takes twenty times as much memory
-_REFUSED = {
+_REFUSALS = {
     b"MATLAB 7.3 MAT-file": "is of MATLAB's version 7.3 (HDF5): save it with the option -v7",
     b"\xd0\xcf\x11\xe0": "is a workbook of Excel before 2007, or one with a password: save its sheet as .csv",
     b"\x89HDF": "is an HDF5 file: export its columns as CSV, with their names in the first line",
@@ -58,12 +58,12 @@ def open_source(path: Path, dialect: Dialect | None = None) -> Source:
         source = _source(path, head, dialect or Dialect())
     columns = [each for each in source.columns if not is_uncertainty(each.name)]
     records = ["record", "cycle_extrema"] * (path.suffix.lower() in table_files.FORMATS)
-    beside = table_files.read_beside(path, ["events", "pulses", *records], source.notes)
-    return replace(source, columns=columns, beside=beside)
+    companions = table_files.read_companions(path, ["events", "pulses", *records], source.notes)
+    return replace(source, columns=columns, companions=companions)
 
 
 def _source(path: Path, head: bytes, dialect: Dialect) -> Source:
-    if rule := next((rule for start, rule in _REFUSED.items() if head.startswith(start)), ""):
+    if rule := next((rule for start, rule in _REFUSALS.items() if head.startswith(start)), ""):
         raise TableError(rule)
     if head.startswith(b"PAR1"):
         frame = table_files.read_parquet(path)
@@ -81,7 +81,7 @@ def _source(path: Path, head: bytes, dialect: Dialect) -> Source:
 
 
 def _sheet(path: Path) -> str:
-    """Return as text the one sheet of a workbook with a table; a formula counts by its stored value."""
+    """Return the text of the only sheet of a workbook with a table; a formula counts by its stored value."""
     options: dict[str, Any] = {"header": None, "dtype": object, "na_filter": False, "engine": "openpyxl"}
     try:
         with warnings.catch_warnings():
@@ -102,7 +102,7 @@ def _sheet(path: Path) -> str:
 
 
 def _cell_text(cell: object) -> str:
-    """Return a cell as it is read again; text that looks like a number is marked as such, as Excel does."""
+    """Return a cell as text; a text that looks like a number gets an apostrophe in front, as in Excel."""
     text = re.sub(r"[\r\n\0]+", " ", str(cell))
     return f"'{text}" if isinstance(cell, str) and NUMBER.fullmatch(text.strip()) else text
 
@@ -111,10 +111,10 @@ def _vectors(path: Path) -> tuple[list[Column], list[str]]:
     """Return the real vectors of a MATLAB file, and descriptions of its other contents."""
     # -P: do not import a module of the same name from the working directory.
     reader = [sys.executable, "-P", "-m", "comparison.tables.matlab", str(path), str(4 * table_files.LARGEST)]
-    done = subprocess.run(reader, capture_output=True, check=False)
-    if done.returncode != 0:
+    process = subprocess.run(reader, capture_output=True, check=False)
+    if process.returncode != 0:
         raise TableError("is not a readable .mat file")
-    names, others, *vectors = np.load(io.BytesIO(done.stdout), allow_pickle=False).values()
+    names, others, *vectors = np.load(io.BytesIO(process.stdout), allow_pickle=False).values()
     for name, vector in zip(names, vectors, strict=True):
         if vector.size != vectors[0].size:
             raise TableError(f"{names[0]} holds {vectors[0].size} numbers and {name} {vector.size}")
@@ -126,7 +126,7 @@ def _vectors(path: Path) -> tuple[list[Column], list[str]]:
 
 _HINT = f"{MAPPING} assigns columns to channels"
 _NO_RULE = Rule(channel="")
-# Of the largest value: a channel that varies by less varies by the rounding of its numbers.
+# Share of the largest value: a channel that varies by less varies by the rounding of its numbers.
 _ROUND_OFF = 4 * float(np.finfo(np.float64).eps)
 # Numbers with fewer digits are exact, such as those of a grid; those of a double need 15 or more.
 _FEWEST_DIGITS, _ALL_DIGITS = 5, 15
@@ -145,10 +145,10 @@ def read_tables(
 ) -> tuple[list[Table], tuple[str, ...]]:
     """Read the runs of two programs, native or not, as tables that are not yet checked, and warnings.
 
-    The rules of a mapping hold for the side, "a", "b" or "ideal", of each file; what it does not assign has
-    the name of a channel, or the same in all tables. Of several rows at one time those ``at_events`` count:
-    "left" (the first), "right" (the last), "both" (these two).
-    With ``only`` all other channels are left out without a warning, except rates that interpolate these.
+    The rules of a mapping hold for the side of each file, "a", "b" or "ideal"; other columns have the name of
+    a channel, or one name in all tables. Of several rows at one time ``at_events`` selects "left" (the
+    first), "right" (the last) or "both" (these two).
+    ``only`` leaves out all other channels without a warning, except the rates that interpolate these.
     """
     mapping = mapping or Mapping()
     if only is not None:
@@ -158,39 +158,39 @@ def read_tables(
         for each, side in zip(paths, sides, strict=True)
     ]
     _refuse_missing(sources, sides, mapping, "--channels" if only else f"{mapping.file}: compare")
-    assigned, left_out = _assign(sources, sides, mapping)
-    known = _definitions(sources, assigned, mapping)
+    assignments, omissions = _assign(sources, sides, mapping)
+    overrides = _definitions(sources, assignments, mapping)
     warnings: list[str] = []
-    for source, names in zip(sources, left_out, strict=True):
+    for source, names in zip(sources, omissions, strict=True):
         warnings += (f"{source.path.name}: {note}" for note in source.notes)
         if source.time_name == position(0):
             rule = "columns without names: the first is the time, others are numbered"
             warnings.append(f"{source.path.name}: {rule}")
         if names and only is None:
-            left = f"not compared, since the mapping leaves it out: {', '.join(names)}"
-            warnings.append(f"{source.path.name}: {left}")
-    if bare := ", ".join(name for name, channel in known.items() if not channel.unit):
-        warnings.append(f"no unit is stated for {bare}: compared as numbers")
-    tables = (_table(*each, known, mapping, at_events) for each in zip(sources, assigned, strict=True))
+            remark = f"not compared, since the mapping leaves it out: {', '.join(names)}"
+            warnings.append(f"{source.path.name}: {remark}")
+    if channel_names := ", ".join(name for name, channel in overrides.items() if not channel.unit):
+        warnings.append(f"no unit is stated for {channel_names}: compared as numbers")
+    tables = (_table(*each, overrides, mapping, at_events) for each in zip(sources, assignments, strict=True))
     return [*tables], tuple(warnings)
 
 
 def _table(
-    source: Source, columns: Assigned, known: dict[str, Channel], mapping: Mapping, at_events: str | None
+    source: Source, columns: Assigned, overrides: dict[str, Channel], mapping: Mapping, at_events: str | None
 ) -> Table:
     names = [TIME, *(name for name in columns if name != TIME)]
-    converted = {name: _converted(source.path, name, *columns[name], known, mapping) for name in names}
-    frame = pd.DataFrame(converted, copy=False)
-    beside, provenance = source.beside, source.beside.provenance
+    values = {name: _convert(source.path, name, *columns[name], overrides, mapping) for name in names}
+    frame = pd.DataFrame(values, copy=False)
+    base, provenance = source.companions, source.companions.provenance
     if not provenance or any(rule.channel for _, rule in columns.values()):
         provenance = {"formulation": f"taken from {source.path.name}"}
-    own = {
+    definitions = {
         name: replace(channel, rounding=rounding(columns[name][0].numbers))
-        for name, channel in known.items()
+        for name, channel in overrides.items()
         if name in columns
     }
     rows = _select_rows(frame, at_events, str(source.path))
-    return Table(rows, beside.events, beside.extrema, provenance, own, beside.pulses, beside.cycle_extrema)
+    return Table(rows, base.events, base.extrema, provenance, definitions, base.pulses, base.cycle_extrema)
 
 
 def _largest(numbers: Array) -> float:
@@ -200,8 +200,8 @@ def _largest(numbers: Array) -> float:
 def rounding(numbers: Array) -> float:
     """Return half a unit of the last digit of a column's numbers, as a share of them at most.
 
-    It is 0 where they have all digits of double precision, or fewer than five, or equal steps: these are
-    exact rather than rounded.
+    It is 0 where they have all digits of double precision. Numbers with fewer than five digits, or with equal
+    steps, count as exact: 0.
     """
     numbers = numbers[np.isfinite(numbers)]
     sizes = np.abs(numbers[numbers != 0.0])
@@ -213,7 +213,7 @@ def rounding(numbers: Array) -> float:
 
 
 def _digits(sizes: Array) -> int:
-    """Return how many significant digits positive numbers need."""
+    """Return the number of significant digits that positive numbers need."""
     leading = sizes / 10.0 ** np.floor(np.log10(sizes))
     for digits in range(1, _ALL_DIGITS):
         units = leading * 10.0 ** (digits - 1)
@@ -230,8 +230,8 @@ def _refuse_missing(sources: Sequence[Source], sides: Sequence[str], mapping: Ma
         places = {position(n) for source in tables for n, _ in enumerate(source.columns)}
         for name in sorted(rules.keys() - names - places):
             where = tables[0].path if len(tables) == 1 else "either table"
-            known = f"columns: {', '.join(sorted(names))}"
-            raise TableError(f"{mapping.file}: column {name!r} is not in {where}; {known}")
+            listing = f"columns: {', '.join(sorted(names))}"
+            raise TableError(f"{mapping.file}: column {name!r} is not in {where}; {listing}")
     for name in mapping.compare or ():
         if name not in {*channels(), *mapping.channels, *names}:
             raise TableError(f"{compare}: {name!r} is not a channel")
@@ -240,128 +240,128 @@ def _refuse_missing(sources: Sequence[Source], sides: Sequence[str], mapping: Ma
 def _assign(
     sources: Sequence[Source], sides: Sequence[str], mapping: Mapping
 ) -> tuple[list[Assigned], list[list[str]]]:
-    """Assign columns to channels by rules, else by their names; return those that are left out, too.
+    """Assign columns to channels by rules, else by their names; return also the columns left out.
 
     A name that is no channel's counts if all tables have it, and, where there are rules, if the mapping
-    compares it. Of channels that are not to be compared the rates remain by which positions are
-    interpolated, where all tables have them.
+    compares it. Of the channels that are not compared, the rates by which positions are interpolated
+    remain where all tables have them.
     """
     rules = [_rules(source, side, mapping) for source, side in zip(sources, sides, strict=True)]
-    shared = set.intersection(*({*each.names} - own.keys() for each, own in zip(sources, rules, strict=True)))
+    common = set.intersection(*({*each.names} - own.keys() for each, own in zip(sources, rules, strict=True)))
     definitions: dict[str, Channel | Quantity] = {**channels(), **mapping.channels}
     compare = mapping.compare
-    known = {TIME, *definitions} | (shared & {*(compare or ())} if any(rules) else shared)
-    assigned: list[Assigned] = []
-    left_out: list[list[str]] = []
-    for source, own in zip(sources, rules, strict=True):
+    channel_names = {TIME, *definitions} | (common & {*(compare or ())} if any(rules) else common)
+    assignments: list[Assigned] = []
+    omissions: list[list[str]] = []
+    for source, source_rules in zip(sources, rules, strict=True):
         columns: Assigned = {}
-        time = None if TIME in (rule.channel for rule in own.values()) else source.time_name
+        time = None if TIME in (rule.channel for rule in source_rules.values()) else source.time_name
         for column in source.columns:
-            rule = own.get(column.name, _NO_RULE)
+            rule = source_rules.get(column.name, _NO_RULE)
             channel = rule.channel or (TIME if column.name == time else column.name)
             if channel in columns:
                 both = f"{columns[channel][0].name!r} and {column.name!r}"
                 raise TableError(f"{source.path}: columns {both} are both the channel {channel}")
-            if rule.channel or channel in known:
+            if rule.channel or channel in channel_names:
                 columns[channel] = column, rule
-        taken = {column.name for column, _ in columns.values()}
-        left = [*(name for name in source.names if name not in taken), *source.others]
+        column_names = {column.name for column, _ in columns.values()}
+        rest = [*(name for name in source.names if name not in column_names), *source.others]
         if TIME not in columns:
             names = ", ".join(sorted(source.names))
             raise TableError(f"{source.path}: channel {TIME} is missing; columns: {names}; {_HINT}")
-        unknown = [name for name in left if name not in shared]
-        if unknown and not own and compare is None:
+        unknown = [name for name in rest if name not in common]
+        if unknown and not source_rules and compare is None:
             rule_of_names = "is not a channel, nor a column of both tables"
             hint = f"{_HINT}; compare = [...] there leaves it out"
             raise TableError(f"{source.path}: {unknown[0]!r} {rule_of_names}; {hint}")
-        assigned.append(columns)
-        left_out.append(left)
+        assignments.append(columns)
+        omissions.append(rest)
     if compare is not None:
         rates = {definitions[name].rate for name in compare if name in definitions}
-        for columns in assigned:  # not one that is missing, or holds text
+        for columns in assignments:  # not one that is missing, or holds text
             rates &= {name for name, (column, _) in columns.items() if not column.text}
-        for columns, left in zip(assigned, left_out, strict=True):
+        for columns, rest in zip(assignments, omissions, strict=True):
             for name in [name for name in columns if name not in (TIME, *compare)]:
-                left.append(name)
+                rest.append(name)
                 if name not in rates:
                     del columns[name]
-    return assigned, left_out
+    return assignments, omissions
 
 
 def _rules(source: Source, side: str, mapping: Mapping) -> dict[str, Rule]:
     """Return the rules for the columns of a table by their names."""
-    special: dict[str, Rule] = getattr(mapping, side)
-    if side == "ideal" and not special:  # it has the rules of the program that wrote it
-        special = max(mapping.a, mapping.b, key=lambda rules: len(rules.keys() & {*source.names}))
-    rules = {**mapping.columns, **special}
-    own = {name: rules.get(name) or rules.get(position(n)) for n, name in enumerate(source.names)}
-    return {name: rule for name, rule in own.items() if rule}
+    side_rules: dict[str, Rule] = getattr(mapping, side)
+    if side == "ideal" and not side_rules:  # it has the rules of the program that wrote it
+        side_rules = max(mapping.a, mapping.b, key=lambda rules: len(rules.keys() & {*source.names}))
+    rules = {**mapping.columns, **side_rules}
+    matches = {name: rules.get(name) or rules.get(position(n)) for n, name in enumerate(source.names)}
+    return {name: rule for name, rule in matches.items() if rule}
 
 
 def _definitions(
-    sources: Sequence[Source], assigned: Sequence[Assigned], mapping: Mapping
+    sources: Sequence[Source], assignments: Sequence[Assigned], mapping: Mapping
 ) -> dict[str, Channel]:
-    """Return the channels of these tables that are not the press's, or have a scale of their own.
+    """Return the channels of these tables that are not the press's, or that a mapping gives a scale.
 
     The unit is the one that a mapping gives, else that of the tables. A rate must be in that unit per second,
     since a cubic through both would be wrong otherwise.
     """
-    defined: dict[str, Channel] = {}
-    native = {name: channel for source in sources for name, channel in source.beside.known.items()}
-    for name in dict.fromkeys(name for columns in assigned for name in columns if name != TIME):
+    definitions: dict[str, Channel] = {}
+    native = {name: channel for source in sources for name, channel in source.companions.definitions.items()}
+    for name in dict.fromkeys(name for columns in assignments for name in columns if name != TIME):
         quantity = mapping.channels.get(name, Quantity())
         where = f"{mapping.file}: channels.{name!r}"
         if name in native:
             if quantity.scale is not None or name not in channels():
-                defined[name] = replace(native[name], given=quantity.scale or native[name].given)
+                definitions[name] = replace(native[name], given=quantity.scale or native[name].given)
             continue
-        stated = [
+        uses = [
             (source.path.name, *columns[name])
-            for source, columns in zip(sources, assigned, strict=True)
+            for source, columns in zip(sources, assignments, strict=True)
             if name in columns
         ]
-        unit = _common_unit(name, stated) if quantity.unit is None else quantity.unit
-        known = parse_unit(unit)
-        if quantity.angle and not same_dimension(known, parse_unit("rad")):
+        unit = _common_unit(name, uses) if quantity.unit is None else quantity.unit
+        si_unit = parse_unit(unit)
+        if quantity.angle and not same_dimension(si_unit, parse_unit("rad")):
             raise TableError(f"{where}: angle = true, but its unit {unit!r} is no angle")
-        largest = max(_largest(column.numbers) for _, column, _ in stated)
-        if any(column.numbers.size and np.ptp(column.numbers) == 0.0 for _, column, _ in stated):
-            # In the other table it may be the residue of larger columns in its unit.
+        largest = max(_largest(column.numbers) for _, column, _ in uses)
+        if any(column.numbers.size and np.ptp(column.numbers) == 0.0 for _, column, _ in uses):
+            # In the other table this channel may be the residue of larger columns in its unit.
             alike = (c.numbers for source in sources for c in source.columns if unit and c.unit == unit)
             largest = max([largest, *map(_largest, alike)])
-        defined[name] = Channel(
+        definitions[name] = Channel(
             name=name,
             label=name,
             unit=unit,
             floor=max(_ROUND_OFF * max(largest, quantity.scale or 0.0), float(np.finfo(np.float64).tiny)),
             rate=quantity.rate,
             angle=quantity.angle,
-            turn=2 * math.pi / float(known.factor if known and quantity.angle else 1),
+            turn=2 * math.pi / float(si_unit.factor if si_unit and quantity.angle else 1),
             given=quantity.scale,
         )
-    for channel in defined.values():
-        rate = (channels() | defined).get(channel.rate or "")
-        own, of_rate, per = map(parse_unit, (channel.unit, rate.unit if rate else "", "s"))
-        if rate and own and of_rate and per and of_rate.times(per) != own:
+    for channel in definitions.values():
+        rate = (channels() | definitions).get(channel.rate or "")
+        channel_unit, rate_unit, second = map(parse_unit, (channel.unit, rate.unit if rate else "", "s"))
+        if rate and channel_unit and rate_unit and second and rate_unit.times(second) != channel_unit:
             units = f"is in {rate.unit}, which is not {channel.unit} per second"
             raise TableError(f"{mapping.file}: channels.{channel.name!r}: rate = {rate.name!r} {units}")
-    return defined
+    return definitions
 
 
-def _common_unit(name: str, stated: Sequence[tuple[str, Column, Rule]]) -> str:
+def _common_unit(name: str, uses: Sequence[tuple[str, Column, Rule]]) -> str:
     """Return the unit of a channel in several tables: the first one's, if the others measure the same."""
-    units = {column.unit if rule.unit is None else rule.unit: table for table, column, rule in stated}
+    units = {column.unit if rule.unit is None else rule.unit: table for table, column, rule in uses}
     (first, table), *others = units.items()
-    for other, beside in others[:1]:
+    for other, other_table in others[:1]:
         if not same_dimension(parse_unit(first or ""), parse_unit(other or "")):
             one, two = (f"in {unit}" if unit else "without a unit" for unit in (first, other))
             rule = f'{MAPPING} with [channels."{name}"] and its unit = "..." decides'
-            raise TableError(f"column {name!r} is {one} in {table} and {two} in {beside}: {rule}")
+            raise TableError(f"column {name!r} is {one} in {table} and {two} in {other_table}: {rule}")
     return first or ""
 
 
-def _converted(
-    path: Path, name: str, column: Column, rule: Rule, known: dict[str, Channel], mapping: Mapping
+def _convert(
+    path: Path, name: str, column: Column, rule: Rule, overrides: dict[str, Channel], mapping: Mapping
 ) -> Array:
     """Return a column in its channel's unit."""
     where = f"{path}: column {column.name!r}"
@@ -369,44 +369,44 @@ def _converted(
         row, text = column.text
         hint = f"{remedy('skip, comment, decimal or thousands')}; compare = [...] there leaves it out"
         raise TableError(f"{where} is not a number in {row}: {text!r}; {hint}")
-    own = name != TIME and name not in channels()
-    wanted = "s" if name == TIME else (channels() | known)[name].unit
-    stated = column.unit if rule.unit is None else rule.unit
-    if stated is None and rule is not _NO_RULE and not own:
+    is_new = name != TIME and name not in channels()
+    new_unit = "s" if name == TIME else (channels() | overrides)[name].unit
+    unit = column.unit if rule.unit is None else rule.unit
+    if unit is None and rule is not _NO_RULE and not is_new:
         raise TableError(f"{where} has no unit, neither in the table nor in the mapping")
-    if stated is None or (own and parse_unit(stated) is None):
-        stated = wanted
-    usual = mapping.channels.get(name, Quantity()).factor
-    factor = rule.sign * (usual if rule.factor is None else rule.factor)
+    if unit is None or (is_new and parse_unit(unit) is None):
+        unit = new_unit
+    default = mapping.channels.get(name, Quantity()).factor
+    factor = rule.sign * (default if rule.factor is None else rule.factor)
     values = factor * column.numbers + rule.offset if rule.offset else factor * column.numbers
-    unit, to = parse_unit(stated), parse_unit(wanted)
-    in_table = parse_unit(column.unit) if column.unit is not None else None
-    if stated != wanted and not same_dimension(unit, to):
-        raise TableError(f"{where}: unit {stated!r} does not fit the channel {name}, which is in {wanted}")
-    if in_table is not None and in_table != unit:
-        raise TableError(f"{where}: the unit is {column.unit!r} in the table and {stated!r} in the mapping")
-    return values if unit is None or to is None else unit.convert(values, to)
+    origin, target = parse_unit(unit), parse_unit(new_unit)
+    table_unit = parse_unit(column.unit) if column.unit is not None else None
+    if unit != new_unit and not same_dimension(origin, target):
+        raise TableError(f"{where}: unit {unit!r} does not fit the channel {name}, which is in {new_unit}")
+    if table_unit is not None and table_unit != origin:
+        raise TableError(f"{where}: the unit is {column.unit!r} in the table and {unit!r} in the mapping")
+    return values if origin is None or target is None else origin.convert(values, target)
 
 
 def _select_rows(frame: pd.DataFrame, at_events: str | None, name: str) -> pd.DataFrame:
-    """Return the rows to compare, of those that a program with events writes for one time."""
+    """Return the rows to compare where a program writes several for the time of an event."""
     time = frame["time"].to_numpy()
-    again = np.append(False, np.diff(time) == 0)
-    row, count = int(again.argmax()), int(again.sum())
+    repeats = np.append(False, np.diff(time) == 0)
+    row, count = int(repeats.argmax()), int(repeats.sum())
     if not count:
         return frame
     where = f"{name}: time {time[row]!s} s is repeated in data row {row + 1} (such rows: {count})"
     if count > time.size // 2:
-        raise TableError(f"{where}: most rows have the time before: too few digits?")
+        raise TableError(f"{where}: most rows repeat the time of the row above: too few digits?")
     if at_events is None:
         events = "write one row of each time, or sixbar compare chooses by --at-events left, right or both"
         raise TableError(f"{where}: {events}")
-    first, last = ~again, np.append(~again[1:], True)
+    first, last = ~repeats, np.append(~repeats[1:], True)
     if at_events == "both" and (inner := time[~(first | last)]).size:
         rule = "of which --at-events both leaves out the inner ones: use left (the first) or right (the last)"
         raise TableError(f"{name}: time {inner[0]!s} s has more than two rows, {rule}")
-    kept = {"left": first, "right": last, "both": first | last}[at_events]
-    resolved: pd.DataFrame = frame[kept].reset_index(drop=True)
-    if at_events == "both":  # the same distance of all, since at 0 s the next number is denormal
-        resolved["time"] += again[kept] * np.spacing(np.abs(time).max())
-    return resolved
+    mask = {"left": first, "right": last, "both": first | last}[at_events]
+    rows: pd.DataFrame = frame[mask].reset_index(drop=True)
+    if at_events == "both":  # one distance for all: at 0 s the next number is denormal
+        rows["time"] += repeats[mask] * np.spacing(np.abs(time).max())
+    return rows

@@ -34,7 +34,7 @@ class Quantity(Section):
 
     unit: str | None = None  # unit of the comparison; None: that of the tables
     scale: Positive | None = None  # in that unit; None: the range of the first table
-    angle: bool = False  # whether whole revolutions do not matter
+    angle: bool = False  # whole revolutions do not matter
     rate: str | None = None  # the channel that is its time derivative
     factor: Real = 1.0  # undoes a normalisation of its columns in both tables
 
@@ -62,8 +62,8 @@ class Dialects(Dialect):
 
     def of(self, side: str) -> Dialect:
         """Return the dialect of the tables of a side: "a", "b" or "ideal"."""
-        own: Dialect = getattr(self, side)
-        return self.model_copy(update={key: getattr(own, key) for key in own.model_fields_set})
+        dialect: Dialect = getattr(self, side)
+        return self.model_copy(update={key: getattr(dialect, key) for key in dialect.model_fields_set})
 
 
 class Mapping(Section):
@@ -111,21 +111,21 @@ def mapping_of(content: Pairs[str, Any]) -> Mapping:
 
 def _faults(mapping: Mapping) -> Iterator[str]:
     """Yield rules that contradict each other or name unknown channels or units."""
-    every, known = {*channels(), *mapping.channels}, "channel of the press or of [channels]"
+    names, kind = {*channels(), *mapping.channels}, "channel of the press or of [channels]"
     for part in ("channels", "columns", "a", "b", "ideal"):
-        for name, given in getattr(mapping, part).items():
+        for name, entry in getattr(mapping, part).items():
             where = f"{part}.{name!r}"
             if part != "channels":
-                if given.channel not in {TIME, *every}:
-                    yield f"{where}: channel = {given.channel!r} is not a {known}"
+                if entry.channel not in {TIME, *names}:
+                    yield f"{where}: channel = {entry.channel!r} is not a {kind}"
             elif name == TIME:
                 yield f"{where}: time is no channel; its unit is that of a column"
-            elif name in channels() and (keys := sorted(given.model_fields_set - {"scale"})):
+            elif name in channels() and (keys := sorted(entry.model_fields_set - {"scale"})):
                 yield f"{where}: {keys[0]} is fixed for a channel of the press; only a scale can be given"
-            if given.unit is not None and parse_unit(given.unit) is None:
-                yield f"{where}: unit = {given.unit!r} is not known"
-            if given.factor == 0:
+            if entry.unit is not None and parse_unit(entry.unit) is None:
+                yield f"{where}: unit = {entry.unit!r} is not known"
+            if entry.factor == 0:
                 yield f"{where}: factor = 0 leaves nothing of the column"
-            rate = getattr(given, "rate", None)
-            if rate is not None and (rate == name or rate not in every):
-                yield f"{where}: rate = {rate!r} is not another {known}"
+            rate = getattr(entry, "rate", None)
+            if rate is not None and (rate == name or rate not in names):
+                yield f"{where}: rate = {rate!r} is not another {kind}"

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-_OWN = "times of its own"
+_MISFIT = "times of its own"
 _TIMES = ("time", "t", "tout")
 
 
@@ -35,18 +35,18 @@ def main() -> None:
     variables = _trajectory(loadmat(file, appendmat=False)) if is_trajectory else _variables(content)
     others = {name: text for name, value in variables.items() if (text := _other(value))}
     vectors = {name: value.astype(np.float64) for name, value in variables.items() if name not in others}
-    described = [f"{name} ({text})" for name, text in others.items()]
-    packed = io.BytesIO()
-    np.savez(packed, np.array(list(vectors), dtype=str), np.array(described, dtype=str), *vectors.values())
-    sys.stdout.buffer.write(packed.getvalue())
+    descriptions = [f"{name} ({text})" for name, text in others.items()]
+    buffer = io.BytesIO()
+    np.savez(buffer, np.array(list(vectors), dtype=str), np.array(descriptions, dtype=str), *vectors.values())
+    sys.stdout.buffer.write(buffer.getvalue())
 
 
 def _trajectory(content: Mapping[str, Any]) -> dict[str, Any]:
     """Return the variables of a result of Dymola or OpenModelica, with constants at all times.
 
     ``Aclass`` says by "binTrans" or "binNormal" whether the matrices are transposed. Of each name
-    ``dataInfo`` has the matrix (0: the abscissa of all) and, with its sign, the row. A matrix has its times
-    in its first row; of one of two times, such as the constants in ``data_1``, all values must be equal.
+    ``dataInfo`` has the matrix (0: the abscissa of all) and, with its sign, the row. The first row of a
+    matrix has its times; of a matrix with other times, such as ``data_1``, only constants are taken.
     """
     transposed = "binTrans" in "".join(map(str, content["Aclass"]))
     names = [str(line) for line in content["name"]]
@@ -60,13 +60,13 @@ def _trajectory(content: Mapping[str, Any]) -> dict[str, Any]:
         values = -matrix[-row - 1] if row < 0 else matrix[row - 1]
         if number != 0 and not np.array_equal(matrix[0], times):
             constant = (values == values[0]).all()
-            values = np.full(times.size, values[0]) if constant else f"of data_{number}, which has {_OWN}"
+            values = np.full(times.size, values[0]) if constant else f"of data_{number}, which has {_MISFIT}"
         variables[name.strip()] = values
     return variables
 
 
 def _variables(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the variables of a file; of structures their fields, of matrices with a row a time columns.
+    """Return a file's variables, the fields of structures, the columns of matrices with a row for each time.
 
     The fields of several structures are named ``structure.field``, columns ``matrix(1)``.
     """
@@ -103,7 +103,7 @@ def _signals(name: str, fields: Mapping[str, Any]) -> dict[str, Any]:
 
 def _other(value: Any) -> str:
     """Describe a variable that is not a real vector; empty for one that is."""
-    if isinstance(value, str) and value.endswith(_OWN):
+    if isinstance(value, str) and value.endswith(_MISFIT):
         return value
     value = np.asarray(value)
     is_vector = value.ndim == 1 and value.dtype.kind in "fiu"

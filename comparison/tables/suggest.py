@@ -1,7 +1,7 @@
 """Suggestion of a mapping: channel, unit and sign of each column of another program's table.
 
 Each column is compared with each column of the other table at times that both span; with a channel of the
-press in all units that programs use. Names say no more than which column is the time.
+press in all units that programs use. A name counts only for the column of the time.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,7 +22,7 @@ from comparison.tables.units import alternatives, parse_unit, same_dimension
 _GRID = 2000  # times at which columns are compared
 # RMS distance as a share of the larger standard deviation: of unrelated columns it is 1 and more, two models
 # of one motion are nearer, except where chatter separates them.
-_NEAR = 0.3
+_LARGEST_DISTANCE = 0.3
 _CONSTANT = 1e-9  # standard deviation of a constant column, as a share of its largest value
 
 
@@ -47,7 +47,7 @@ class Guess(NamedTuple):
 
 
 def suggest(a: Path, b: Path, dialects: Dialects) -> tuple[list[Guess], dict[str, list[str]]]:
-    """Guess the channels of the columns of two tables, the time first; and list what is left, by side.
+    """Guess the channels of the columns of two tables, the time first; list the other columns by side.
 
     Errors of reading are `TableError`.
     """
@@ -58,40 +58,40 @@ def suggest(a: Path, b: Path, dialects: Dialects) -> tuple[list[Guess], dict[str
         rivals = [g for g in guesses if g.channel == guess.channel or g.pair[0] is one or g.pair[1] is other]
         if not rivals:
             guesses.append(guess)
-    left = {
+    rest = {
         side: [name for name in source.names if all(name != guess.pair[n].name for guess in guesses)]
         + source.others
         for n, (side, source) in enumerate(zip("ab", sources, strict=True))
     }
-    return guesses, left
+    return guesses, rest
 
 
 def _on_one_grid(sources: Sequence[Source]) -> tuple[list[Guess], list[list[Column]]]:
     """Return the guess of the times, and other columns of numbers at times that both span; else nothing."""
     columns = [[column for column in source.columns if column.text is None] for source in sources]
-    own: list[Column] = []
-    in_units: list[list[str]] = []
+    times: list[Column] = []
+    choices: list[list[str]] = []
     for source, each in zip(sources, columns, strict=True):
         varying = [column for column in each if _varies(column)]
-        named = [column for column in varying if column.name == source.time_name]
+        matches = [column for column in varying if column.name == source.time_name]
         increasing = [column for column in varying if (np.diff(column.numbers) > 0.0).all()]
-        for time in (named or increasing)[:1]:
-            own.append(time)
-            in_units.append(["s"] if source.beside.provenance else _units(time, "s"))
-    if len(own) < 2 or not all(in_units):
+        for time in (matches or increasing)[:1]:
+            times.append(time)
+            choices.append(["s"] if source.companions.provenance else _units(time, "s"))
+    if len(times) < 2 or not all(choices):
         return [], [[], []]
-    options = product(*in_units)
-    # The units in which both last equally long.
-    ratio = float(np.ptp(own[0].numbers) / np.ptp(own[1].numbers))
+    options = product(*choices)
+    # The units in which both tables last equally long.
+    ratio = float(np.ptp(times[0].numbers) / np.ptp(times[1].numbers))
     units = min(options, key=lambda pair: round(abs(np.log(ratio * _factor(pair[0]) / _factor(pair[1]))), 2))
-    seconds = [time.numbers * _factor(unit) for time, unit in zip(own, units, strict=True)]
+    seconds = [time.numbers * _factor(unit) for time, unit in zip(times, units, strict=True)]
     start, end = max(each[0] for each in seconds), min(each[-1] for each in seconds)
     grid = np.linspace(start, end, _GRID if start < end else 0)
     tables = [
         [each._replace(numbers=np.interp(grid, at, each.numbers)) for each in others if each is not time]
-        for others, time, at in zip(columns, own, seconds, strict=True)
+        for others, time, at in zip(columns, times, seconds, strict=True)
     ]
-    return [Guess((own[0], own[1]), TIME, units)], tables
+    return [Guess((times[0], times[1]), TIME, units)], tables
 
 
 def _is_known(column: Column) -> bool:
@@ -112,35 +112,35 @@ def _units(column: Column, si: str) -> list[str]:
 
 
 def _factor(unit: str) -> float:
-    known = parse_unit(unit)
-    return np.nan if known is None else float(known.factor)
+    definition = parse_unit(unit)
+    return np.nan if definition is None else float(definition.factor)
 
 
 def _match(one: Column, other: Column) -> Guess | None:
     """Return the guess, of all units and signs, by which two columns are nearest; None if they are far."""
-    known = [column.name for column in (one, other) if _is_known(column)]
-    # In some unit a constant equals any other.
-    if len(known) > 1 or not (_varies(one) and _varies(other)):
+    names = [column.name for column in (one, other) if _is_known(column)]
+    # A constant equals any other in some unit.
+    if len(names) > 1 or not (_varies(one) and _varies(other)):
         return None
     options: list[tuple[str, ...]] = [()] * (one.unit == other.unit)
-    if known:
-        options = [*product(*(_units(column, channels()[known[0]].unit) for column in (one, other)))]
-    elif stated := one.unit or other.unit:  # by one at least
-        options += product(*(_units(column, stated) for column in (one, other)))
+    if names:
+        options = [*product(*(_units(column, channels()[names[0]].unit) for column in (one, other)))]
+    elif unit := one.unit or other.unit:  # by one at least
+        options += product(*(_units(column, unit) for column in (one, other)))
     sign = 1 if np.mean(one.numbers * other.numbers) >= 0 else -1
 
     def guess(units: tuple[str, ...]) -> Guess:
         x = one.numbers * (_factor(units[0]) / _factor(units[1]) if units else 1.0)
         y = sign * other.numbers
         distance = float(np.sqrt(np.mean((x - y) ** 2)) / max(np.std(x), np.std(y)))
-        return Guess((one, other), (known or [one.name])[0], units, sign, distance)
+        return Guess((one, other), (names or [one.name])[0], units, sign, distance)
 
     best = min(map(guess, options), key=lambda guess: round(guess.distance, 6), default=None)
-    return best if best and best.distance < _NEAR else None
+    return best if best and best.distance < _LARGEST_DISTANCE else None
 
 
 def mapping_text(
-    guesses: Sequence[Guess], left: dict[str, list[str]], dialects: Dialects, command: str
+    guesses: Sequence[Guess], rest: dict[str, list[str]], dialects: Dialects, command: str
 ) -> str:
     """Return the text of a mapping file, to be edited, for a command."""
     lines = [
@@ -148,8 +148,8 @@ def mapping_text(
         f"#   {command}",
         '# "a" is the first table. A channel is (sign * column + offset) * unit: write the offset by hand.',
     ]
-    if stated := dialects.model_dump(exclude_unset=True):
-        lines += ["", f"dialect = {toml(stated)}"]
+    if dialect := dialects.model_dump(exclude_unset=True):
+        lines += ["", f"dialect = {toml(dialect)}"]
     names = [guess.channel for guess in guesses if guess.channel != TIME]
     if names:
         lines += ["", "compare = [", *(f"    {toml(name)}," for name in names), "]"]
@@ -160,7 +160,7 @@ def mapping_text(
         lines += [f'unit = "{rule["unit"]}"'] * (rule["unit"] is not None)
         lines += ["sign = -1"] * (rule["sign"] < 0)
     lines += [line for name in names if name not in channels() for line in ("", f"[channels.{toml(name)}]")]
-    for side, columns in left.items():
+    for side, columns in rest.items():
         lines += ["", f'# Not assigned of "{side}":', *(f"#   {name}" for name in columns)]
     # A name may hold what TOML does not allow in a comment.
     return "".join("".join(c if c.isprintable() else " " for c in line) + "\n" for line in lines)

@@ -31,9 +31,9 @@ SAME_GRID = 1e-9
 by less, with 10 by more. At 2 m/s and 0.4 ms samples it is 1e-12 m."""
 _PARTS = {"columns": dict, "events": dict, "extrema": dict, "provenance": dict, "status": str, "remedy": str}
 _PULSES = {"row": "iu", "time": "f", "force": "f"}
-_KEPT = 32  # samples of a contact; of one with more the envelope in half as many columns
-_LONG = 400  # samples from which on a contact's first _KEPT are kept too, and six times the columns
-_LARGEST = 1e30  # no quantity is larger in its unit; its square does not overflow, nor it in single precision
+_SAMPLES = 32  # stored samples of a contact; of longer ones the envelope, in half as many columns
+_LONG = 400  # of a contact with so many the first _SAMPLES are stored too, and six times the columns
+_LARGEST = 1e30  # no quantity is larger in its unit; its square, or itself in single precision, is finite
 _MEASURES = ("normal_speed", "impulse", "peak_force", "largest_depth")
 
 
@@ -75,8 +75,8 @@ class Table:
     """Channel -> min, time_of_min, max, time_of_max over integration steps, whatever the samples."""
     provenance: dict[str, Any] = field(default_factory=dict)
     """Model, settings and versions that produced the results."""
-    own: dict[str, Channel] = field(default_factory=dict)
-    """Definitions of the channels that are not the press's, or have a scale of their own."""
+    overrides: dict[str, Channel] = field(default_factory=dict)
+    """Definitions of channels that are not the press's, or that a mapping gives a scale."""
     pulses: Columns | None = None
     """Normal forces of the events in time, or None where the source has none."""
     cycle_extrema: Columns | None = None
@@ -99,7 +99,7 @@ class Table:
             events if result.events else None,
             result.extrema,
             {**result.provenance, "status": result.status, "remedy": result.remedy},
-            pulses=thinned(pulses) if pulses and pulses["row"].size else None,
+            pulses=thin(pulses) if pulses and pulses["row"].size else None,
             cycle_extrema=getattr(result, "cycle_extrema", None) or None,
         )
 
@@ -111,9 +111,9 @@ class Table:
         return textwrap.fill(text + ", ".join(self.names), 100, max_lines=5)
 
     @property
-    def known(self) -> dict[str, Channel]:
+    def definitions(self) -> dict[str, Channel]:
         """Definitions of all channels that the table may hold, by name."""
-        return known_channels(self.provenance.get("scene") or {}) | self.own
+        return known_channels(self.provenance.get("scene") or {}) | self.overrides
 
     @property
     def time(self) -> Array:
@@ -156,9 +156,9 @@ class Table:
             return None
 
     def only(self, names: Sequence[str]) -> Self:
-        """Return the time and these channels alone; those that it lacks are left out, and so are events."""
-        wanted = ("time", *dict.fromkeys(names))
-        frame = self.frame[[name for name in wanted if name in self.frame]]
+        """Return the time and these channels alone; channels that it lacks and its events are left out."""
+        columns = ("time", *dict.fromkeys(names))
+        frame = self.frame[[name for name in columns if name in self.frame]]
         return replace(self, frame=frame, events=None, pulses=None, dense=None)
 
     def values(self, channel: str) -> Array:
@@ -195,7 +195,7 @@ def check(
 def slacks(*times: Array) -> tuple[float, float]:
     """Return the permitted distances, s, of the first times and of the last times of tables of one span.
 
-    A fifth of the finest step there: a line continued by more is less exact than one between two rows.
+    It is a fifth of the finest step there: a line continued by more is less exact than one between two rows.
     """
     rounding = 4 * float(max(np.spacing(np.abs(time).max()) for time in times))
     steps = [step[step > rounding] for step in map(np.diff, times)]  # not between two rows of an event
@@ -216,10 +216,10 @@ def _faults(table: Table, channels: Sequence[str], span: tuple[float, float] | N
     steps = np.diff(time)
     for n in _first(steps <= 0):
         yield f"time does not increase in data row {n + 2}: {time[n]!s} s, then {time[n + 1]!s} s"
-    early, late = slacks(time)
-    if span is not None and (abs(time[0] - span[0]) > early or abs(time[-1] - span[1]) > late):
-        own, wanted = spans(float(time[0]), float(time[-1]), *span)
-        yield f"truncated: it spans {own} and must span {wanted}"
+    head, tail = slacks(time)
+    if span is not None and (abs(time[0] - span[0]) > head or abs(time[-1] - span[1]) > tail):
+        extent, limits = spans(float(time[0]), float(time[-1]), *span)
+        yield f"truncated: it spans {extent} and must span {limits}"
     contacts = table.contacts
     count = 0 if contacts is None else rows(contacts)
     if contacts is not None and count:
@@ -263,8 +263,8 @@ def _event_faults(
     for n in _first(end < start):
         yield f"contact {n + 1} ends at {end[n]!s} s, before its start at {start[n]!s} s"
     for n in _first((start < begin - slack) | (end > stop + slack)):
-        own, times = spans(float(start[n]), float(end[n]), begin, stop)
-        yield f"contact {n + 1}, {own}, is outside the times of the table, {times}"
+        interval, times = spans(float(start[n]), float(end[n]), begin, stop)
+        yield f"contact {n + 1}, {interval}, is outside the times of the table, {times}"
 
 
 def _numbers(column: pd.Series | NDArray[Any]) -> Array:
@@ -344,19 +344,19 @@ def _is_number(value: object) -> bool:
     return value is None or (isinstance(value, int | float) and not isinstance(value, bool))
 
 
-def thinned(pulses: Columns) -> Columns:
+def thin(pulses: Columns) -> Columns:
     """Return the pulses with fewer samples of each long contact: its ends, and the extrema of equal parts.
 
-    All samples of a short contact are kept, and the first ones of a very long one: there its impact is.
+    A short contact keeps all samples, a very long one the first ones too, which are its impact.
     """
     row, force = pulses["row"].astype(np.int64), pulses["force"].astype(np.float64)
-    _, first, of, counts = np.unique(row, return_index=True, return_inverse=True, return_counts=True)
-    place, count = np.arange(row.size) - first[of], counts[of]
-    parts = np.where(count <= _KEPT, count, np.where(count < _LONG, _KEPT // 2, 3 * _KEPT))
-    kept = (place == count - 1) | (place < np.where(count < _LONG, 1, _KEPT))
-    part = row * (3 * _KEPT) + place * parts // count
+    _, first, contact, counts = np.unique(row, return_index=True, return_inverse=True, return_counts=True)
+    place, count = np.arange(row.size) - first[contact], counts[contact]
+    parts = np.where(count <= _SAMPLES, count, np.where(count < _LONG, _SAMPLES // 2, 3 * _SAMPLES))
+    mask = (place == count - 1) | (place < np.where(count < _LONG, 1, _SAMPLES))
+    part = row * (3 * _SAMPLES) + place * parts // count
     starts = np.unique(part, return_index=True)[1]
-    for by in (force, -force):
-        kept[np.lexsort((by, part))[starts]] = True  # of equal ones the first
+    for values in (force, -force):
+        mask[np.lexsort((values, part))[starts]] = True  # of equal ones the first
     columns = pulses | {"row": row, "time": pulses["time"].astype(np.float64), "force": force}
-    return {name: column[kept] for name, column in columns.items()}
+    return {name: column[mask] for name, column in columns.items()}

@@ -31,9 +31,9 @@ LARGEST = 2_000_000_000
 FORMATS = (".csv", ".parquet")
 """Endings of the tables of this project."""
 _ENDS = {"events": "events.csv", "pulses": "pulses.csv", "record": "json", "cycle_extrema": "extrema.csv"}
-_NEEDS = {"pulses": "events", "cycle_extrema": "provenance"}  # what has to be beside a companion
 """Attribute of a table -> ending of its file."""
-_CONTACT = {"corner", "start", "end"}  # columns by which events are known as contacts
+_NEEDS = {"pulses": "events", "cycle_extrema": "provenance"}  # companion -> another one that it needs
+_CONTACT = {"corner", "start", "end"}  # columns that contacts have
 readable = partial(reading, refusal=TableError)
 """Context in which errors of reading a file become a `TableError` of one line."""
 
@@ -48,7 +48,7 @@ def read(path: str | Path) -> Table:
     if "time" not in frame:
         raise TableError(f"{path}: channel time is missing")
     frame.insert(0, "time", frame.pop("time"))
-    return replace(read_beside(path), frame=frame)
+    return replace(read_companions(path), frame=frame)
 
 
 def _read_csv(path: Path) -> pd.DataFrame:
@@ -78,12 +78,12 @@ def read_parquet(path: Path) -> pd.DataFrame:
     return frame
 
 
-def read_beside(path: Path, names: Iterable[str] = tuple(_ENDS), notes: list[str] | None = None) -> Table:
-    """Read these companions of a table, as a table without rows, each only beside what it needs.
+def read_companions(path: Path, names: Iterable[str] = tuple(_ENDS), notes: list[str] | None = None) -> Table:
+    """Read companions of a table, as a table without rows; none without the companion that it needs.
 
     Cycle extrema are real numbers, pulses too, with integer rows; `comparison.tables.table.check` refuses
-    columns of anything else. What cannot be read is a `TableError`, or where they are given one of the
-    ``notes``, since it may be another program's.
+    columns of anything else. A companion that cannot be read is a `TableError`; with ``notes`` a line of
+    these, since it may be another program's.
     """
     parts: dict[str, Any] = {}
     for name in names:
@@ -115,8 +115,8 @@ def _read_companion(path: Path, name: str) -> dict[str, Any]:
             raise ValueError(f"has no columns {', '.join(sorted(_CONTACT))}")
     if name == "events":
         return {name: frame}
-    whole = {key: float for key, column in frame.items() if key != "row" and column.dtype.kind in "iu"}
-    return {name: {str(key): column.to_numpy() for key, column in frame.astype(whole).items()}}
+    types = {key: float for key, column in frame.items() if key != "row" and column.dtype.kind in "iu"}
+    return {name: {str(key): column.to_numpy() for key, column in frame.astype(types).items()}}
 
 
 def write(table: Table, path: str | Path) -> Path:
@@ -147,7 +147,7 @@ def write(table: Table, path: str | Path) -> Path:
 def tables_in(folder: Path) -> tuple[dict[str, Path], list[str]]:
     """Return the files of a folder that may be tables, by name without ending, and the names of all else.
 
-    A companion is left out with its table alone: without one it may be a table, unless it is JSON. Hidden
+    A companion is left out only beside its table: alone it may be a table itself, unless it is JSON. Hidden
     files do not count.
     """
     with readable(folder):
@@ -157,10 +157,10 @@ def tables_in(folder: Path) -> tuple[dict[str, Path], list[str]]:
     stems = {path.stem for path in files.values() if path.suffix != ".json"}
     # `write` makes pulses and extrema beside a record alone.
     recorded = {stem for stem in stems if f"{stem}.json" in files}
-    beside = {f"{stem}.{_ENDS['events']}" for stem in stems}
-    beside |= {f"{stem}.{end}" for stem in recorded for end in _ENDS.values()}
+    companion_names = {f"{stem}.{_ENDS['events']}" for stem in stems}
+    companion_names |= {f"{stem}.{end}" for stem in recorded for end in _ENDS.values()}
     tables: dict[str, Path] = {}
-    for path in [path for name, path in files.items() if name not in beside]:
+    for path in [path for name, path in files.items() if name not in companion_names]:
         if path.suffix == ".json":
             others.append(path.name)
         elif other := tables.get(path.stem):
@@ -172,8 +172,8 @@ def tables_in(folder: Path) -> tuple[dict[str, Path], list[str]]:
 
 def companions(table: Table, path: Path) -> list[Path]:
     """Return the paths of the files that `write` puts beside a table; a record always."""
-    kept = [name for name, columns in _parts(table).items() if columns is not None]
-    return [_companion(path, name) for name in (*kept, "record")]
+    names = [name for name, columns in _parts(table).items() if columns is not None]
+    return [_companion(path, name) for name in (*names, "record")]
 
 
 def _parts(table: Table) -> dict[str, Mapping[Any, Any] | None]:
@@ -191,9 +191,9 @@ def _companion(path: Path, name: str) -> Path:
 
 
 def _write_csv(columns: Mapping[Any, Any], path: Path, *, exact: bool = False) -> None:
-    """Write columns by pyarrow: all else takes longer than a run. It would quote the header.
+    """Write columns by pyarrow, since other writers take longer than a run, below a header without quotes.
 
-    The few rows of ``exact`` ones have numbers as Python writes them: 1e-05 where pyarrow writes 0.00001.
+    ``exact`` columns, of few rows, have numbers as Python writes them: 1e-05, not pyarrow's 0.00001.
     """
     arrays = {name: np.asarray(columns[name]) for name in columns}
     with path.open("w", encoding="utf-8", newline="") as text:
@@ -209,7 +209,7 @@ def _write_csv(columns: Mapping[Any, Any], path: Path, *, exact: bool = False) -
 
 
 def _arrow(values: NDArray[Any]) -> Any:
-    """Return an array of pyarrow, without values for nan; its own function imports pandas."""
+    """Return an array of pyarrow with null for nan; pyarrow's own function would import pandas."""
     if values.dtype.kind not in "fiu":
         return pa.array(values, from_pandas=True)
     valid = np.packbits(~np.isnan(values), bitorder="little")

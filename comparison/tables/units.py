@@ -56,7 +56,7 @@ _BETWEEN = re.compile(r"[\s*·.]+|(?<=[^\W\d])-(?=[^\W\d])")
 
 
 class Unit(NamedTuple):
-    """Unit: its multiple of SI, exact but for angles, and the exponents of kg, m, s and rad."""
+    """Unit: its multiple of SI, exact except for angles, and the exponents of kg, m, s and rad."""
 
     factor: Fraction
     powers: tuple[int, ...]
@@ -75,7 +75,7 @@ class Unit(NamedTuple):
         return values / float(ratio.denominator) if ratio.numerator == 1 else values * float(ratio)
 
 
-_NAMED = {
+_UNITS = {
     name: Unit(Fraction(factor), powers)
     for powers, units in _TABLE.items()
     for names, factor in units.items()
@@ -89,18 +89,18 @@ def parse_unit(text: str) -> Unit | None:
     A space, ``*``, ``·``, ``.`` or ``-`` separates factors; what follows a ``/`` divides.
     """
     text = unicodedata.normalize("NFKC", text.strip()).replace("\u2212", "-")  # mm/s², m s⁻²
-    if text in _NAMED:
-        return _NAMED[text]
-    unit = _NAMED["1"]
+    if text in _UNITS:
+        return _UNITS[text]
+    unit = _UNITS["1"]
     for n, part in enumerate(text.replace("**", "^").split("/")):
         factors = list(filter(None, _BETWEEN.split((part.strip("() ") if n else part).strip())))
         for match in map(_FACTOR.fullmatch, factors):
             name = match["name"] if match else ""
             # DEG, but not MM, which may be megametres.
-            known = _NAMED.get(name) or (_NAMED.get(name.lower()) if len(name) > 2 else None)
-            if match is None or known is None:
+            entry = _UNITS.get(name) or (_UNITS.get(name.lower()) if len(name) > 2 else None)
+            if match is None or entry is None:
                 return None
-            unit = unit.times(known, int(match["exponent"] or 1) * (-1 if n else 1))
+            unit = unit.times(entry, int(match["exponent"] or 1) * (-1 if n else 1))
         if not factors:
             return None
     return unit
@@ -114,6 +114,6 @@ def same_dimension(one: Unit | None, other: Unit | None) -> bool:
 def alternatives(si: str) -> list[str]:
     """Return the units that programs write for one such as ``m/s^2``, itself first."""
     first = re.split("[/ ]", si)[0]
-    named = (names.split()[0] for names in _TABLE.get(_NAMED[first].powers, {}))
-    units = dict.fromkeys([first, *named])
+    spellings = (names.split()[0] for names in _TABLE.get(_UNITS[first].powers, {}))
+    units = dict.fromkeys([first, *spellings])
     return [unit + si.removeprefix(first) for unit in units] + ["rpm"] * (si == "rad/s")

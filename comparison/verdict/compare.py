@@ -19,7 +19,7 @@ from comparison.execution.run import contact_warnings
 from comparison.formatting import holes_line, instant, spans
 from comparison.metrics import pulses_of
 from comparison.scene import Scene, SceneError, scene_from_mapping
-from comparison.tables.align import Aligned, align, continuous, cut, holes, isolated
+from comparison.tables.align import Alignment, align, cut, holes, isolation, unwrap
 from comparison.tables.channels import Array, expected
 from comparison.tables.table import Table, TableError, check, slacks
 from comparison.verdict.channel import NO_CRITERIA, Criteria, Samples, apply_gate, between, compare_channel
@@ -74,7 +74,7 @@ def compare(
     labelled = (labels[0], a), (labels[1], b)
     limits = thresholds(tier)
     period = criteria.period if scene is None else scene.period
-    known = a.base.known | b.base.known
+    known = a.base.definitions | b.base.definitions
     compared = [name for name in names if criteria.channels is None or name in criteria.channels]
     cycle = nan if period is None else period
     if period is None and a.finer is not None:
@@ -168,7 +168,7 @@ def compare(
 
 def _align_runs(
     a: Runs, b: Runs, labels: tuple[str, str], names: list[str], scene: Scene | None, common_time: bool
-) -> tuple[Runs, Runs, Aligned, tuple[str, ...]]:
+) -> tuple[Runs, Runs, Alignment, tuple[str, ...]]:
     """Return the runs within the compared times, their aligned samples, and warnings; errors as `compare`."""
     labelled = (labels[0], a), (labels[1], b)
     span = None if scene is None or common_time else (0.0, scene.duration)
@@ -262,7 +262,7 @@ def _run_name(label: str, which: str) -> str:
 
 def _names(a: Table, b: Table, scene: Scene | None, only: Sequence[str] | None) -> list[str]:
     """Return the channels that both must hold: the scene's, or else all of either."""
-    known, present = a.known | b.known, {*a.names, *b.names}
+    known, present = a.definitions | b.definitions, {*a.names, *b.names}
     names = [name for name in known if name in present or name in (only or ())]
     if scene is not None:
         # Besides what every run of the scene holds there may be channels that no model writes.
@@ -336,7 +336,7 @@ def _check_rows(labels: tuple[str, str], times: tuple[Array, Array]) -> list[str
 
 def _interpolation_warnings(
     sides: Mapping[str, tuple[str, Runs]],
-    aligned: Aligned,
+    aligned: Alignment,
     results: Mapping[str, ChannelComparison],
 ) -> tuple[str, ...]:
     """Return warnings of what the interpolation leaves out, such as peaks between the compared times."""
@@ -359,8 +359,8 @@ def _interpolation_warnings(
     for name, result in results.items():
         if result.tolerance is None:
             continue
-        values = continuous(runs.base.values(name), result.definition)
-        apart = between * isolated(time, values, result.tolerance)
+        values = unwrap(runs.base.values(name), result.definition)
+        apart = between * isolation(time, values, result.tolerance)
         at = int(apart.argmax())
         if apart[at]:
             when, size = instant(time[at], time[at - 1], time[at + 1]), f"{apart[at]:.3g} {result.unit}"
@@ -377,7 +377,7 @@ def _interpolation_warnings(
 
 def _exceeded_shift(
     results: Mapping[str, ChannelComparison],
-    aligned: Aligned,
+    aligned: Alignment,
     time_tolerance: float,
 ) -> float:
     """Return the time shift that a tolerance allows, s, where it is exceeded; else nan.

@@ -21,7 +21,7 @@ from comparison.accuracy.levels import finer
 from comparison.accuracy.uncertainty import Runs, observed_order
 from comparison.metrics import Fit, fit, rms
 from comparison.scene import Scene
-from comparison.scene.keys import differing
+from comparison.scene.keys import differences
 from comparison.tables.align import Shift, estimate, hermite
 from comparison.tables.table import Table
 from comparison.tables.units import parse_unit, same_dimension
@@ -84,7 +84,7 @@ def differing_keys(a: Table, b: Table) -> tuple[tuple[str, Any, Any], ...]:
         # `Table.scene` has the keys that an earlier version did not write.
         data = record if (scene := table.scene) is None else scene.data
         sides.append({key: data[key] for key in data if key not in ("scene", "solver", "output")})
-    return differing(*sides)
+    return differences(*sides)
 
 
 # ---- multiples, constants and delays of channels

@@ -66,7 +66,7 @@ class LinkagePair(Pair):
         programs = []
         for family in families:
             sources = [source for run in family if isinstance(source := self._tables[run], Source)]
-            base, finer, coarser, *perturbed = (source.beside for source in sources)
+            base, finer, coarser, *perturbed = (source.companions for source in sources)
             side, rigid = family[0].side, not self.keys.start.states
             refined = side.factor, side.order
             programs.append(ProgramRuns(base, finer, coarser, perturbed, refined, rigid))

@@ -36,7 +36,7 @@ from comparison.execution.sides import (
     run_sides,
 )
 from comparison.files import contents, reading
-from comparison.scene.keys import explain, unboxed
+from comparison.scene.keys import explain, unbox
 from comparison.scene.schema import Positive, Section
 from comparison.tables.arguments import as_mapping
 from comparison.tables.channels import Array
@@ -184,7 +184,7 @@ def judge(
     named = [states] if isinstance(states, str) else states
     names = [position(n + 1) for n in range(named)] if isinstance(named, int) else [*named]
     content: dict[str, Any] = {"side": {"a": {}, "b": {}}, "start": {"states": names}}
-    for key, value in ((key, unboxed(value)) for key, value in options.items() if value is not None):
+    for key, value in ((key, unbox(value)) for key, value in options.items() if value is not None):
         if key in Solver.model_fields:
             content["side"]["a"][key] = content["side"]["b"][key] = value
         else:
@@ -194,7 +194,7 @@ def judge(
         keys = {"tolerance": _of(tolerance, n), "step": _of(step, n)}
         if not callable(solver):
             keys["fmu" if str(solver).lower().endswith(".fmu") else "command"] = str(solver)
-        content["side"][side] |= {key: unboxed(value) for key, value in keys.items() if value is not None}
+        content["side"][side] |= {key: unbox(value) for key, value in keys.items() if value is not None}
     functions = tuple(solver if callable(solver) else None for solver in (a, b))
     pair = _pair(content, Path.cwd(), functions, "judge")
     with kept_workers():

@@ -12,7 +12,7 @@ import numpy as np
 from comparison.accuracy.levels import recorded_refinement
 from comparison.accuracy.uncertainty import SAFETY_FACTOR, TIME_ROUND_OFF, Runs
 from comparison.scene import Scene, as_scene
-from comparison.tables.align import unwound
+from comparison.tables.align import unwrap_like
 from comparison.tables.arguments import Results, as_mapping, as_source
 from comparison.tables.dialect import Source
 from comparison.tables.foreign import read_tables
@@ -282,7 +282,7 @@ def compare_recorded(
     a, b = (program.each(partial(_at_its_times, base=program.base)) for program in (a, b))
     if a.finer is not None:
         # Whole revolutions are taken out of the angles: runs that count them differently are one.
-        a, b = (program.each(partial(unwound, like=a.base)) for program in (a, b))
+        a, b = (program.each(partial(unwrap_like, like=a.base)) for program in (a, b))
         for label, program in zip(labels, (a, b), strict=True):
             warnings += _assumptions(label, program)
     runs = a.runs, b.runs

@@ -26,10 +26,10 @@ from comparison.metrics import (
     impacts_of,
     maximum,
     measures,
+    places_of,
     rms,
     scaled,
     time_shares,
-    touched,
     tube_distance,
 )
 from comparison.reliability.assessment import ReliabilityComparison
@@ -534,7 +534,7 @@ class SceneComparison:
         corners = self.scene is None or (
             self.scene["joints"]["slider"] == "clearance" and self.scene["contact"]["law"] != "foundation"
         )
-        if not corners or not self.time.size or not {*touched(*self.events)} <= {*CONTACTS}:
+        if not corners or not self.time.size or not {*places_of(*self.events)} <= {*CONTACTS}:
             return None, None
         span = float(self.time[0]), float(self.time[-1])
         first, second = (None if events is None else time_shares(events, span) for events in self.events)
@@ -546,7 +546,7 @@ class SceneComparison:
 
         A contact is predictable where its corner's gap is, or x where the tables hold no gaps.
         """
-        places, gaps = [*CONTACTS, *touched(*self.events)], ("corner_{}_gap", "{}_gap", "{}.x", "slider_x")
+        places, gaps = [*CONTACTS, *places_of(*self.events)], ("corner_{}_gap", "{}_gap", "{}.x", "slider_x")
         known = {place: [self.channels.get(gap.format(place)) for gap in gaps] for place in places}
         decisive = {place: next(filter(None, of_place), None) for place, of_place in known.items()}
         predictable = {place: c.predictable for place, c in decisive.items() if c and c.u is not None}

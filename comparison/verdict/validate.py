@@ -20,11 +20,11 @@ from comparison.execution.store import fetch, hash_of, keep
 from comparison.models import (
     MODELS,
     EngineError,
-    as_it_is,
     distinct_models,
     fingerprint,
     package_hash,
     platform_name,
+    raw_hash,
 )
 from comparison.reliability.assessment import ReliabilityComparison, compare_reliability, ideal_scenes
 from comparison.scene import Scene, SceneError, as_scene
@@ -137,7 +137,7 @@ def validate(
     _Work(**work)
     cases = [case for scene in checked for case in _cases(scene, (first, second), accuracy, tiers, start)]
     # All that can change a result
-    code = [fingerprint(first, as_it_is), fingerprint(second, as_it_is), package_hash(), platform_name()]
+    code = [fingerprint(first, raw_hash), fingerprint(second, raw_hash), package_hash(), platform_name()]
     keys = [
         hash_of([case.scene, case.tier, case.models, case.command, case.closer_command, code])
         for case in cases

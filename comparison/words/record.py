@@ -307,11 +307,11 @@ def gate_notes(gate: Gate) -> list[str]:
         remarks.append(f"the baseline was made with {versions}")
     if remarks:
         remarks.append(f"counters are therefore compared within {COUNTERS_ELSEWHERE:.0%} and not exactly")
-    for excused in gate.excused:
-        one = excused.channels == 1
-        deviate = "1 channel deviates" if one else f"{excused.channels} channels deviate"
+    for excuse in gate.excuses:
+        one = excuse.channels == 1
+        deviate = "1 channel deviates" if one else f"{excuse.channels} channels deviate"
         remarks.append(
-            f"{' '.join(excused.run)}, scene {excused.scene!r}: {deviate} no more than {excused.neighbours} "
+            f"{' '.join(excuse.run)}, scene {excuse.scene!r}: {deviate} no more than {excuse.neighbours} "
             f"runs from neighbouring starts do here; {'its' if one else 'their'} thresholds are too small"
         )
     if gate.valueless:

@@ -40,7 +40,7 @@ class RunTable(Table):
         return picture(tables, names or ("slider_x",))
 
     def _repr_html_(self) -> str:
-        known = self.known
+        known = self.definitions
         extremes = [map(number, table_extremes(self, name)) for name in self.channels]
         rows = pd.DataFrame(extremes, columns=["smallest", "largest"])
         rows.insert(0, "channel", self.channels)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from comparison.execution.run import Job, Progress, run_all, successful
+from comparison.execution.run import Job, Progress, run_all, table_of
 from comparison.execution.tasks import measure_all, on_processes
 from comparison.formatting import MISSING, quantity
 from comparison.models import MODELS
@@ -77,7 +77,7 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     scatter: dict[str, dict[str, float]] = {of: {} for of in UNPRINTED}
     outcomes = run_all(jobs, n_jobs, part(on_progress, 0.7, 1.0))
     for (of, name), job, outcome in zip(which, jobs, outcomes, strict=True):
-        states = exponents.states(successful(outcome, job), job.scene) * exponents.scale(job.scene)
+        states = exponents.states(table_of(outcome, job), job.scene) * exponents.scale(job.scene)
         later = exponents.by_cycle(states, job.scene)[TRANSIENT:]
         scatter[of][name] = float(np.linalg.norm(later.std(axis=0), axis=1).max())
     return Results(config, measured, believed(measured, scatter[SHIPPED]), scatter)

@@ -8,7 +8,7 @@ import pandas as pd
 from comparison.accuracy.levels import refinement, thresholds
 from comparison.accuracy.refine import levels
 from comparison.accuracy.uncertainty import Runs
-from comparison.execution.run import Job, Progress, dense_scene, run_all, successful
+from comparison.execution.run import Job, Progress, dense_scene, run_all, table_of
 from comparison.formatting import quantity
 from comparison.models import MODELS
 from comparison.reliability.assessment import MARGIN, Difference, cap, compare_reliability, ideal_scenes
@@ -52,7 +52,7 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
             planned[name, model, "actual"] = levels(dense_scene(scene), model)
             planned[name, model, "ideal"] = ideal_scenes(scene, model)
     jobs = [Job(variant, model) for (_, model, _), each in planned.items() for variant in each.values()]
-    tables = map(successful, run_all(jobs, n_jobs, on_progress), jobs)
+    tables = map(table_of, run_all(jobs, n_jobs, on_progress), jobs)
     each_run = {
         (name, model, motion): Runs(
             refinement=refinement(model, variants["base"]), **dict(zip(variants, tables, strict=False))

@@ -18,7 +18,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from comparison.execution.run import Job, Progress, run_all, run_one, successful
+from comparison.execution.run import Job, Progress, run_all, run_one, table_of
 from comparison.execution.store import Row
 from comparison.execution.tasks import CRASHED, SUCCESS, Task, measure_all, on_processes
 from comparison.models import MODELS
@@ -204,7 +204,7 @@ def simulate(config: Config, n_jobs: int, on_progress: Progress | None) -> Runs:
         *(Job(short_scene(config, ADAMS), model) for model in MODELS),
         *(Job(_two_cycles(config, scene, "accelerations"), model) for scene, model in usual),
     ]
-    tables = map(successful, run_all(jobs, n_jobs, on_progress), jobs)
+    tables = map(table_of, run_all(jobs, n_jobs, on_progress), jobs)
     return Runs(
         config,
         short={pair: list(islice(tables, config.members)) for pair in pairs},

@@ -17,7 +17,7 @@ from comparison.formatting import quantity
 from comparison.models import MODELS, engine_names
 from comparison.scene import Scene
 from comparison.studies.shared.scenes import at_tier
-from comparison.tables.channels import CONTACTS, CORNERS, Array, BoolArray, touching
+from comparison.tables.channels import CONTACTS, CORNERS, Array, BoolArray, corners_of
 from comparison.tables.table import Table
 from comparison.verdict.results import SceneComparison
 
@@ -56,7 +56,7 @@ def breaches(table: Table | None) -> list[Row]:
     for corner in CORNERS:
         if f"corner_{corner}_gap" not in table.frame:
             continue
-        gap, sharing = table.values(f"corner_{corner}_gap"), touching(corner, scene)
+        gap, sharing = table.values(f"corner_{corner}_gap"), corners_of(corner, scene)
         spans = events.loc[events["corner"].isin(sharing), ["start", "end"]].to_numpy(float)
         # How many contacts have begun before a sample, less how many have ended: closed intervals.
         begun = np.searchsorted(np.sort(spans[:, 0]), time, side="right")
@@ -67,7 +67,7 @@ def breaches(table: Table | None) -> list[Row]:
             labels, _ = label(deep)
             span = time[np.flatnonzero(labels == labels[at])[[0, -1]]]
             breach("open-depth", corner, time[at], -gap[at], *span)
-    for corner, own in events.groupby(events["corner"].map(lambda place: touching(place, scene)[0])):
+    for corner, own in events.groupby(events["corner"].map(lambda place: corners_of(place, scene)[0])):
         starts, ends = own.sort_values("start", kind="stable")[["start", "end"]].to_numpy(float).T
         # The latest end so far: a long contact may cover several later ones.
         overlap = np.maximum.accumulate(ends)[:-1] - starts[1:]

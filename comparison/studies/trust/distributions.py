@@ -13,7 +13,7 @@ import pandas as pd
 from scipy.stats import false_discovery_control, ks_2samp
 
 from comparison.accuracy.levels import thresholds
-from comparison.execution.run import Job, Progress, run_all, successful
+from comparison.execution.run import Job, Progress, run_all, table_of
 from comparison.execution.store import Row
 from comparison.scene import load_scene
 from comparison.studies.shared.scenes import at_tier
@@ -52,7 +52,7 @@ def compare_ensembles(members: int, n_jobs: int, on_progress: Progress | None) -
             drawn = base.with_values({"initial.slider_offset": float(usual + moved), **changes})
             jobs.append(Job(at_tier(drawn, "tight"), model))
     outcomes = run_all(jobs, n_jobs, on_progress)
-    tables = [successful(outcome, job) for outcome, job in zip(outcomes, jobs, strict=True)]
+    tables = [table_of(outcome, job) for outcome, job in zip(outcomes, jobs, strict=True)]
     scales = {name: channels()[name].scale_value(base.data, 0.0) for name in COMPARED}
     floors = {name: thresholds().largest(scale) for name, scale in scales.items()}
     instants = base.period * np.arange(FIRST_CYCLE * INSTANTS, CYCLES * INSTANTS) / INSTANTS

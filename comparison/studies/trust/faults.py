@@ -20,7 +20,7 @@ import pandas as pd
 
 from comparison.accuracy.levels import TIERS
 from comparison.accuracy.uncertainty import Runs
-from comparison.models import GROUP, MODELS, OWN, load
+from comparison.models import GROUP, MODELS, OURS, load
 from comparison.scene import Scene, load_scene
 from comparison.scene.keys import flat
 from comparison.studies.shared.scenes import at_tier
@@ -109,7 +109,7 @@ def changed(fault: Fault) -> str:
 
 def package(module: str) -> Path:
     """Return the folder of a package, also of one of our models by the model's name."""
-    spec = find_spec(OWN[module].module if module in OWN else module)
+    spec = find_spec(OURS[module].module if module in OURS else module)
     assert spec is not None
     assert spec.origin is not None
     return Path(spec.origin).parent

@@ -28,7 +28,7 @@ from comparison.execution.run import (
     check_forces,
     dense_scene,
     run_all,
-    successful,
+    table_of,
 )
 from comparison.execution.store import Row
 from comparison.execution.tasks import SUCCESS, Task, measure_all, on_processes
@@ -142,7 +142,7 @@ def measure_scene(task: AgainstTruth, progress: Progress) -> Row:
 def run(scene: Scene, model: str) -> Table:
     """Run a scene in this process; a stored run is used."""
     job = Job(scene, model)
-    return successful(run_all([job], 0)[0], job)
+    return table_of(run_all([job], 0)[0], job)
 
 
 def setting_rows(scene: Scene, true: Table) -> Iterator[Row]:
@@ -249,7 +249,7 @@ def extremum_rows(assessed: Sequence[Samples], runs: Runs, true: Table, alpha: f
     """Yield a row for the predictable ones of the smallest and the largest value of each channel."""
     base, tables = runs.base, runs.tables | {"true": true}
     for one in assessed:
-        floor = float(round_off(base.values(one.name), base.time, base.known[one.name])[-1])
+        floor = float(round_off(base.values(one.name), base.time, base.definitions[one.name])[-1])
         own = {which: table.extrema[one.name] for which, table in tables.items()}
         levels = {which: np.array([each["min"], each["max"]]) for which, each in own.items()}
         error, u = of_runs(levels, levels.pop("true"), runs, floor)

@@ -142,7 +142,7 @@ def test_the_layout_of_a_baseline_does_not_count_nor_does_making_it_again_change
     assert BASELINE.read_text() == text
     edit("steps = 5", "steps = 6", seal=False)
     assert gate("--update") == 2
-    assert "was changed since: its checksum does not match" in capsys.readouterr().err
+    assert "does not match its checksum: it was edited" in capsys.readouterr().err
 
 
 def test_a_baseline_of_other_versions_is_made_anew_as_a_whole(capsys):

@@ -11,7 +11,7 @@ import pytest
 from comparison.scene import load_scene
 from comparison.tables.align import Hole, align, cut, holes
 from comparison.tables.channels import channels
-from comparison.tables.table import Table, TableError, check, thinned
+from comparison.tables.table import Table, TableError, check, thin
 from comparison.tables.table_files import companions, read, write
 
 TIME = np.linspace(-0.5, 1.5, 21)
@@ -64,7 +64,7 @@ def test_thinning_keeps_the_ends_and_the_extrema_of_equal_parts(count, parts, fi
     force, edges = given["force"], np.ceil(np.arange(parts + 1) * count / parts).astype(int)
     spans = [range(start, end) for start, end in pairwise(edges)]
     extrema = {best(span, key=force.__getitem__) for span in spans for best in (min, max)}
-    kept = np.searchsorted(given["time"], thinned(given)["time"])
+    kept = np.searchsorted(given["time"], thin(given)["time"])
     assert {*kept} == {count - 1, *range(first)} | extrema
 
 
@@ -82,7 +82,7 @@ def test_pulses_of_a_result_are_of_its_events():
     )
     whole = Table.from_result(result)
     check(whole, ["slider_x"])
-    np.testing.assert_array_equal(whole.pulses["time"], thinned(pulses(20, 50, 1))["time"])
+    np.testing.assert_array_equal(whole.pulses["time"], thin(pulses(20, 50, 1))["time"])
     part = cut(whole, 1.8, 9.0)  # behind the first contact
     check(part, ["slider_x"])
     assert part.pulses["time"].tolist() == whole.pulses["time"][whole.pulses["row"] > 0].tolist()

@@ -218,7 +218,7 @@ def read(content, mapping=None):
     assert not re.search(r"\n|\bnp\.|dtype|<class", message)
     if message:
         return {}, message
-    units = {name: channel.unit or None for name, channel in table.own.items()}
+    units = {name: channel.unit or None for name, channel in table.overrides.items()}
     return {name: (units.get(name, "s"), table.values(name)) for name in table.frame}, ""
 
 

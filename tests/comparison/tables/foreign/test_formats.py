@@ -45,7 +45,7 @@ def test_every_sample_gives_its_columns_and_units_and_its_ending_says_nothing(na
     x, v, units, digits = LAYOUTS[name]
     table, again, warnings = read_pair(SAMPLES / name, Path(shutil.copy(SAMPLES / name, "run.37")))
     assert list(table.frame) == ["time", x, v]
-    assert (table.own[x].unit, table.own[v].unit) == units
+    assert (table.overrides[x].unit, table.overrides[v].unit) == units
     np.testing.assert_allclose(table.time, TIME, rtol=0, atol=1e-15)
     # The digits that the sample is written with.
     np.testing.assert_allclose(table.values(x), X, rtol=0, atol=10.0**-digits)
