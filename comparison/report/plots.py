@@ -22,7 +22,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from comparison.formatting import pretty_unit
-from comparison.metrics import Pulse, pulses_of, touched
+from comparison.metrics import Pulse, contact_places, pulses_of
 from comparison.report.svg import envelope, upper_envelope
 from comparison.tables.channels import CONTACTS, CORNERS, Array, Channel, channels, touching
 from comparison.tables.table import Table
@@ -245,7 +245,7 @@ def _packed(
     pulses: Sequence[Sequence[Pulse]],
 ) -> str:
     kept = _kept(curves, time)
-    among, described = [*dict.fromkeys([*CONTACTS, *touched(*events)])], []
+    among, described = [*dict.fromkeys([*CONTACTS, *contact_places(*events)])], []
     for channel, zero, models, judged in curves:
         first, *others = (np.asarray(values)[kept] - zero for values in models)
         # Zero lies on the grid of values: a corner that is free has exactly no force.

@@ -9,7 +9,7 @@ import numpy as np
 from markupsafe import Markup
 
 from comparison.formatting import MISSING, NO_BREAK, number, percent, pretty_unit, quantity
-from comparison.metrics import SITUATIONS, touched
+from comparison.metrics import SITUATIONS, contact_places
 from comparison.reliability.assessment import ROUNDING, Difference
 from comparison.report.svg import spans
 from comparison.scene.keys import flat
@@ -134,7 +134,7 @@ def attribution_table(scene: SceneComparison) -> Table | None:
 
 def contact_tables(scene: SceneComparison) -> tuple[Table | None, Table | None]:
     """Return a row per corner (or pin) and one for all: of its contacts, and of the first; None of none."""
-    names = touched(*scene.events)
+    names = contact_places(*scene.events)
     places = {CONTACTS.get(place, place): [place] for place in names} | ({"all": names} if names else {})
     rows, first = dict[str, Cells](), dict[str, Cells]()
     events = [own if own is None else own.assign(duration=own["end"] - own["start"]) for own in scene.events]

@@ -17,7 +17,7 @@ from pydantic_core import PydanticCustomError
 
 from comparison.accuracy.levels import Thresholds
 from comparison.accuracy.uncertainty import REGAINED, combined, so_far
-from comparison.metrics import Between, scaled
+from comparison.metrics import Extrema, scaled_value
 from comparison.scene.schema import Compare, NotNegative, Positive, Real
 from comparison.tables.arguments import Options
 from comparison.tables.channels import Array, BoolArray, Channel
@@ -241,7 +241,7 @@ def _by_largest_uncertainty(channel: ChannelComparison, largest: Array, open_: B
     }
 
 
-def between(channel: ChannelComparison, tables: Sequence[Table]) -> Between:
+def between(channel: ChannelComparison, tables: Sequence[Table]) -> Extrema:
     """Return the extrema of a channel that no sample shows, of both tables or of none.
 
     A force between two samples may be twice that of the samples. Extrema outside the compared span do not
@@ -266,7 +266,7 @@ def apply_gate(channel: ChannelComparison, gate: Mapping[str, float]) -> Channel
         return channel
     values = dict(channel.metrics)
     values["max_scaled"], values["rms_scaled"] = channel.max_scaled, channel.rms_scaled
-    values["peak_scaled"] = scaled(values["peak_difference"], channel.scale)
+    values["peak_scaled"] = scaled_value(values["peak_difference"], channel.scale)
     checks = tuple(Check(metric, values[metric], limit) for metric, limit in gate.items())
     decided: dict[str, Any] = {}
     if channel.verdict != "differ" and not all(check.met for check in checks):

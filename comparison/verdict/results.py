@@ -19,17 +19,17 @@ from comparison.accuracy.uncertainty import combined
 from comparison.execution.run import Job
 from comparison.execution.store import hash_of
 from comparison.metrics import (
-    Between,
+    Extrema,
     Impacts,
     Parting,
     Pulse,
+    contact_places,
     impacts_of,
     maximum,
     measures,
     rms,
-    scaled,
+    scaled_value,
     time_shares,
-    touched,
     tube_distance,
 )
 from comparison.reliability.assessment import ReliabilityComparison
@@ -117,7 +117,7 @@ class ChannelComparison:
     checks: tuple[Check, ...] = ()
     coverage_error: float = nan  # estimates, by sampling, see `comparison.verdict.compare`
     rms_error: float = nan
-    between: Between = ((), ())  # extrema of a and b at steps between the samples, where both are known
+    between: Extrema = ((), ())  # extrema of a and b at steps between the samples, where both are known
 
     def __repr__(self) -> str:
         """Return name and verdict, not the numbers."""
@@ -209,7 +209,7 @@ class ChannelComparison:
         """Median threshold of the judged samples over the scale: less is no difference; nan without u."""
         if self.u is None or not self.judged.any():
             return nan
-        return scaled(self.limits.k * float(np.median(self.u[self.judged])), self.scale)
+        return scaled_value(self.limits.k * float(np.median(self.u[self.judged])), self.scale)
 
     @property
     def worst_time(self) -> float:
@@ -239,12 +239,12 @@ class ChannelComparison:
     @property
     def max_scaled(self) -> float:
         """`max_difference` over the scale."""
-        return scaled(self.max_difference, self.scale)
+        return scaled_value(self.max_difference, self.scale)
 
     @property
     def rms_scaled(self) -> float:
         """`rms_difference` over the scale."""
-        return scaled(self.rms_difference, self.scale)
+        return scaled_value(self.rms_difference, self.scale)
 
     @property
     def largest_predictable(self) -> float:
@@ -534,7 +534,7 @@ class SceneComparison:
         corners = self.scene is None or (
             self.scene["joints"]["slider"] == "clearance" and self.scene["contact"]["law"] != "foundation"
         )
-        if not corners or not self.time.size or not {*touched(*self.events)} <= {*CONTACTS}:
+        if not corners or not self.time.size or not {*contact_places(*self.events)} <= {*CONTACTS}:
             return None, None
         span = float(self.time[0]), float(self.time[-1])
         first, second = (None if events is None else time_shares(events, span) for events in self.events)
@@ -546,7 +546,10 @@ class SceneComparison:
 
         A contact is predictable where its corner's gap is, or x where the tables hold no gaps.
         """
-        places, gaps = [*CONTACTS, *touched(*self.events)], ("corner_{}_gap", "{}_gap", "{}.x", "slider_x")
+        places, gaps = (
+            [*CONTACTS, *contact_places(*self.events)],
+            ("corner_{}_gap", "{}_gap", "{}.x", "slider_x"),
+        )
         known = {place: [self.channels.get(gap.format(place)) for gap in gaps] for place in places}
         decisive = {place: next(filter(None, of_place), None) for place, of_place in known.items()}
         predictable = {place: c.predictable for place, c in decisive.items() if c and c.u is not None}

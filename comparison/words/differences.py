@@ -6,7 +6,7 @@ from math import ceil, isfinite, isnan, log10, nan
 import pandas as pd
 
 from comparison.formatting import NO_BREAK, percent, quantity
-from comparison.metrics import touched
+from comparison.metrics import contact_places
 from comparison.scene.keys import readable
 from comparison.tables.channels import CONTACTS, PIN
 from comparison.tables.units import parse_unit
@@ -196,7 +196,7 @@ def contact(time: float, events: pd.DataFrame) -> str:
     current, word = begun[begun["end"] >= time], "during"
     if current.empty:
         current, word = begun[begun["end"] == begun["end"].max()], "after"
-    return f"{word} contact of {' and '.join(map(_the, touched(current)))}"
+    return f"{word} contact of {' and '.join(map(_the, contact_places(current)))}"
 
 
 def _place(place: str) -> str:
@@ -245,7 +245,7 @@ def parting(scene: SceneComparison) -> str:
     """Return "the contact of the upper left corner at 0.2454 s, which occurs in 3 of 99 reference runs"."""
     if scene.confirmation is None or (contact := scene.confirmation.parting) is None:
         return ""
-    counts = zip(contact.having, contact.sizes, scene.labels, strict=True)
+    counts = zip(contact.counts, contact.sizes, scene.labels, strict=True)
     occurs = " and ".join(f"{count} of {size} {label} runs" for count, size, label in counts)
     return f"the contact of {_the(contact.corner)} at {contact.start:.6g} s, which occurs in {occurs}"
 

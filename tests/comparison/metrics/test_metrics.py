@@ -106,7 +106,7 @@ def test_the_first_contact_that_parts_two_groups_is_named():
     with_contact = [run(("ul", 0.05), ("lr", 0.2)) for _ in range(5)]
     without = [run() for _ in range(20)]
     parting = parted(without, with_contact)
-    assert (parting.corner, parting.having, parting.sizes) == ("ul", (0, 5), (20, 5))
+    assert (parting.corner, parting.counts, parting.sizes) == ("ul", (0, 5), (20, 5))
     assert parting.start == pytest.approx(0.05)
     # Later contacts follow from the first different one; a contact of half the runs of both parts nothing.
     assert parted(without, with_contact, 0.04) is None
