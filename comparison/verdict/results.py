@@ -117,7 +117,7 @@ class ChannelComparison:
     checks: tuple[Check, ...] = ()
     coverage_error: float = nan  # estimates, by sampling, see `comparison.verdict.compare`
     rms_error: float = nan
-    between: Extrema = ((), ())  # extrema of a and b at steps between the samples, where both are known
+    extrema: Extrema = ((), ())  # of a and b at steps between the samples; of both or of none
 
     def __repr__(self) -> str:
         """Return name and verdict, not the numbers."""
@@ -297,7 +297,7 @@ class ChannelComparison:
         if self.verdict == "unexcited":
             return {}
         position = self.definition.rate is not None
-        return measures(self.time, self.a, self.b, position=position, between=self.between)
+        return measures(self.time, self.a, self.b, position=position, extrema=self.extrema)
 
 
 @dataclass(frozen=True)
