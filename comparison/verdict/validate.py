@@ -330,7 +330,7 @@ class LinkageCase(Case):
         try:
             comparison, programs = linkage_pair(self.scene, self.models, self.start).judge()
         except ModelError as error:
-            return self.failure({error.which: error.outcome}, {error.which: error.job})
+            return self.failure({error.key: error.outcome}, {error.key: error.job})
         except TableError as error:
             return Validation(self.refused(str(error)))
         runs = {model: program.runs for model, program in zip(self.models, programs, strict=True)}
