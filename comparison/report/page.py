@@ -200,9 +200,9 @@ def linkage_drawing(scene: SceneComparison) -> dict[str, Any] | None:
 
     Every body is drawn in its own frame, from the centroid, so that the script moves it as a whole.
     """
-    if scene.ran is None or not scene.ran.is_linkage or not scene.channels:
+    if scene.run_scene is None or not scene.run_scene.is_linkage or not scene.channels:
         return None
-    data = scene.ran.data
+    data = scene.run_scene.data
     joints = [*data["pin"].values(), *data["spring"].values()]
     fixed = [complex(*joint["point"]) for joint in joints if joint["joins"][0] == "frame"]
     outlines, motion, start = {"frame": fixed}, [np.array(fixed)], {"frame": [0.0, 0.0, 0.0]}
@@ -241,10 +241,10 @@ def linkage_drawing(scene: SceneComparison) -> dict[str, Any] | None:
         sliders={guide["body"] for guide in data["guide"].values()},
         springs=len(springs),
         insets=[*_insets(data, start)],
-        height=330 + 120 * ceil(len(scene.ran.loose) / 5),
+        height=330 + 120 * ceil(len(scene.run_scene.loose) / 5),
     )
     caption = f"{', '.join(data['body'])} at the start, from the run by {scene.labels[0]}."
-    caption += " Below, its clearances enlarged." if scene.ran.loose else ""
+    caption += " Below, its clearances enlarged." if scene.run_scene.loose else ""
     return {
         "svg": Markup(drawing.replace("\n", "")),
         "caption": caption,
@@ -304,7 +304,7 @@ def render(
     ]
     judged = [tier for _, tier, _ in cells]
     channels = [channel for tier in judged for channel in tier.channels.values()]
-    of_tables = bool(scenes) and all(scene.ran is None and scene.failed is None for scene in scenes)
+    of_tables = bool(scenes) and all(scene.run_scene is None and scene.failed_job is None for scene in scenes)
     if of_tables and len(scenes) == 1 and not all(label in title for label in scenes[0].labels):
         title = f"{' and '.join(scenes[0].labels)}: {title[0].lower()}{title[1:]}"
     # The limit that decides: "uncertainty", "tolerance" or "" (none).
@@ -400,7 +400,7 @@ def anchors(names: Sequence[str]) -> list[str]:
 
 def _stored(tier: SceneComparison, part: list[str], draw: Callable[[], str]) -> Markup:
     """Return a drawing, of models' runs the stored one where an equal comparison was drawn before."""
-    if tier.ran is None or not tier.channels:
+    if tier.run_scene is None or not tier.channels:
         return Markup(draw())
     key = hash_of([tier.hash, *part, package_hash()])
     if (drawing := fetch(key)) is None:

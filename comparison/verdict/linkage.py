@@ -75,7 +75,7 @@ class LinkagePair(Pair):
     def _compare(self, data: Programs, before: SceneComparison | None = None) -> SceneComparison:
         result = super()._compare(data, before)
         events = result.events if self.scene.loose else (None, None)
-        return replace(result, description=self.scene.description, ran=self.scene, events=events)
+        return replace(result, description=self.scene.description, run_scene=self.scene, events=events)
 
 
 def _check_assembly(programs: Sequence[ProgramRuns], models: Sequence[str]) -> None:

@@ -321,7 +321,7 @@ def _counted(scenes: Sequence[SceneComparison]) -> str:
         for verdict, words in _PLURALS.items()
         if count[verdict]
     ]
-    what = "scenes" if any(scene.ran or scene.failed for scene in scenes) else "pairs of tables"
+    what = "scenes" if any(scene.run_scene or scene.failed_job for scene in scenes) else "pairs of tables"
     return f"all {parts[0]}" if len(parts) == 1 else f"of {len(scenes)} {what} {listed(parts)}"
 
 
@@ -386,7 +386,7 @@ def card(scene: SceneComparison) -> Card:
 
 def _next(scene: SceneComparison) -> tuple[str, tuple[str, ...]]:
     """Return the next step after a verdict, and its commands; both empty where there is none."""
-    closer, ran = scene.closer_command, scene.ran
+    closer, ran = scene.closer_command, scene.run_scene
     if scene.verdict == "indeterminate" and closer:
         tables = "State the difference that is allowed, as a share of each scale:"
         return tables if ran is None else "See whether finer settings decide it:", (closer,)
@@ -396,10 +396,10 @@ def _next(scene: SceneComparison) -> tuple[str, tuple[str, ...]]:
     if ran is None or scene.verdict == "indeterminate":
         return "", ()
     if scene.verdict == "cannot compare":
-        if scene.failed is None:
+        if scene.failed_job is None:
             again = (scene.command,) if scene.command else ()
             return "Run the scene again once the cause is removed:", again
-        failed = scene.failed
+        failed = scene.failed_job
         return "Repeat the run that failed, alone:", (_run(failed.scene, failed.model, scene.name),)
     if scene.verdict == "differ" and not ran.is_linkage:
         return "Find which model errs, by a third opinion:", _third_opinion(scene, ran)
@@ -443,7 +443,8 @@ def definition(scenes: Sequence[SceneComparison]) -> list[str]:
         tiers={tier.tier: thresholds(tier.tier) for tier in judged},
         uncertain=any(channel.u is not None for channel in channels),
         fixed=any(channel.u is None for channel in channels),
-        of_scene=any(tier.scene or (tier.ran and not tier.ran.is_linkage) for tier in judged) or not judged,
+        of_scene=any(tier.scene or (tier.run_scene and not tier.run_scene.is_linkage) for tier in judged)
+        or not judged,
         of_tables=any(tier.scene is None for tier in judged),
         first=uncertainty.FIRST,
         perturbation=number(uncertainty.PERTURBATION, 1),
