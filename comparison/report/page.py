@@ -39,7 +39,14 @@ from comparison.verdict.results import ChannelComparison, SceneComparison, rank
 from comparison.verdict.validate import Pair, Standing
 from comparison.words import differences, verdicts
 from comparison.words.differences import lead
-from comparison.words.record import check_message, gate_counts, gate_notes, gate_summary, moved_first, of_gate
+from comparison.words.record import (
+    check_message,
+    deviating_channels,
+    gate_counts,
+    gate_notes,
+    gate_summary,
+    of_gate,
+)
 from comparison.words.reliability import notes
 from comparison.words.since import Since, sentences
 from comparison.words.verdicts import SYMBOLS, standing
@@ -534,7 +541,7 @@ _FIGURES = 12
 
 def write_gate(gate: Gate, path: Path, *, command: str, lead: Sequence[str]) -> Path:
     """Write the page of a gate, which ``command`` repeats; it begins with the lines of ``lead``."""
-    moved = moved_first(gate)
+    moved = deviating_channels(gate)
     html = interactive_page(
         "gate.html.j2",
         title="Has a model changed since its baseline?",

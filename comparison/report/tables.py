@@ -16,7 +16,7 @@ from comparison.scene.keys import flat
 from comparison.tables.channels import CONTACTS
 from comparison.verdict.results import ChannelComparison, SceneComparison
 from comparison.words.reliability import limit, rounded
-from comparison.words.since import Since, moved
+from comparison.words.since import Since, change_text
 from comparison.words.verdicts import SYMBOLS, until
 
 Cells = list[tuple[str, str, str]]
@@ -90,7 +90,7 @@ def since_table(since: Since) -> Table | None:
     headings = ("Verdict", "|E|/limit", "Predictable")
     rows: dict[str, Cells] = {
         ", ".join(filter(None, move[:3])): [
-            (heading, "", moved(before, now))
+            (heading, "", change_text(before, now))
             for heading, before, now in zip(headings, move.before, move.now, strict=True)
         ]
         for move in since.moves

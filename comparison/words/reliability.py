@@ -34,8 +34,8 @@ def line(comparison: ReliabilityComparison) -> str:
         return f"not available: {missing(comparison)}"
     smallest = [_smallest(name, difference) for name, difference in comparison.quantities.items()]
     largest = max(comparison.quantities.values(), key=lambda difference: abs(difference.minimum))
-    known = np.isfinite(largest.half_width)
-    uncertainty = f"± {largest.half_width:.1e}" if known else "of unknown uncertainty"
+    finite = np.isfinite(largest.half_width)
+    uncertainty = f"± {largest.half_width:.1e}" if finite else "of unknown uncertainty"
     return (
         f"{comparison.verdict}: smallest of {', '.join(smallest)}; "
         f"largest difference {abs(largest.minimum):.1e} {uncertainty}"
@@ -44,23 +44,23 @@ def line(comparison: ReliabilityComparison) -> str:
 
 
 def undecided(comparison: ReliabilityComparison) -> str:
-    """Return how far the interval of each undecided difference reaches, and what widens it most."""
+    """Return the reach of the interval of each undecided difference, and its main cause."""
     reasons = []
-    for name, own in comparison.quantities.items():
-        beyond = abs(own.minimum) + own.half_width - MARGIN
-        most = "scatter of cycles" if own.sampling >= own.numerical else "numerics"
-        text = f"the difference of {name}, {own.minimum:.1e} ± {own.half_width:.1e} (mostly {most}), "
-        text += f"includes zero and reaches {beyond:.1e} beyond {MARGIN:g}"
-        text = text if np.isfinite(beyond) else f"the numerical error of {name} is not known"
-        reasons += [text] if own.verdict == "undecided" else []
+    for name, case in comparison.quantities.items():
+        excess = abs(case.minimum) + case.half_width - MARGIN
+        most = "scatter of cycles" if case.sampling >= case.numerical else "numerics"
+        text = f"the difference of {name}, {case.minimum:.1e} ± {case.half_width:.1e} (mostly {most}), "
+        text += f"includes zero and reaches {excess:.1e} beyond {MARGIN:g}"
+        text = text if np.isfinite(excess) else f"the numerical error of {name} is not known"
+        reasons += [text] if case.verdict == "undecided" else []
     return "; ".join(reasons)
 
 
-def limit(own: Assessment) -> str:
-    """Return the limits of an error, and whether no scene states them."""
-    lower = f"{quantity(own.limits.lower, own.unit)} to " if own.limits.lower else "≤ "
-    default = "" if "upper" in own.limits.model_fields_set else "by default "
-    return f"{default}{lower}{quantity(own.limits.upper, own.unit)}"
+def limit(assessment: Assessment) -> str:
+    """Return the limits of an error, with "by default" if no scene states them."""
+    lower = f"{quantity(assessment.limits.lower, assessment.unit)} to " if assessment.limits.lower else "≤ "
+    default = "" if "upper" in assessment.limits.model_fields_set else "by default "
+    return f"{default}{lower}{quantity(assessment.limits.upper, assessment.unit)}"
 
 
 def notes(comparison: ReliabilityComparison) -> list[str]:
@@ -76,17 +76,17 @@ def notes(comparison: ReliabilityComparison) -> list[str]:
 
 def _notes(settings: Reliability, quantities: Mapping[str, Sequence[Assessment]]) -> list[str]:
     size = "size of the error" if settings.errors == "absolute" else "signed error"
-    limits, capped = [], []
+    limits, caps_reached = [], []
     for name, tables in quantities.items():
-        count = int(np.sum(np.all([own.capped for own in tables], axis=0)))
+        count = int(np.sum(np.all([assessment.capped for assessment in tables], axis=0)))
         limits.append(f"{name} {limit(tables[0])}")
-        capped += [f"{name} in {count} of {tables[0].angle.size} parts"] if count else []
+        caps_reached += [f"{name} in {count} of {tables[0].angle.size} parts"] if count else []
     caps = " or ".join(dict.fromkeys(f"{tables[0].cap:.10f}" for tables in quantities.values()))
     cycles = int(next(iter(quantities.values()))[0].cycles.max())
     few = "" if cycles >= MANY else ", few for an interval, and the first one still remembers its start"
-    sampled = f"Cycles sampled: {cycles}{few}."
+    cycle_note = f"Cycles sampled: {cycles}{few}."
     if cycles == 1:
-        sampled = (
+        cycle_note = (
             "Of one cycle nothing is known about others: for the intervals, the variation within a part of "
             "the cycle stands for that between cycles."
         )
@@ -94,8 +94,8 @@ def _notes(settings: Reliability, quantities: Mapping[str, Sequence[Assessment]]
         f"Mean and deviation over time of the {size} in each of {settings.bins} intervals of the crank "
         f"cycle, against limits: {', '.join(limits)}.",
         f"Without any error R is {caps}, the cap. Within {ROUNDING:g} of it, where R shows nothing of the "
-        f"mechanism but that the limit is wide: {'; '.join(capped) or 'none'}.",
-        sampled,
+        f"mechanism but that the limit is wide: {'; '.join(caps_reached) or 'none'}.",
+        cycle_note,
     ]
 
 
@@ -113,18 +113,18 @@ def table_rows(result: TableReliability, *, every: bool) -> list[tuple[str, ...]
     head = ("by crank angle", "to deg") if every else ("smallest", "at deg")
     rows: list[tuple[str, ...]] = [(*head, "R", "95 % from", "to", "mean error", "deviation")]
     for name, tables in result.by_quantity.items():
-        for label, own in tables.items():
+        for label, assessment in tables.items():
             rows += [
                 (
                     f"{name} {label}",
-                    f"{own.angle[k]:g}",
-                    rounded(own.reliability[k]),
-                    rounded(own.low[k]),
-                    rounded(own.high[k]),
-                    f"{own.mean[k]:.3g} {own.unit}",
-                    f"{own.deviation[k]:.3g}",
+                    f"{assessment.angle[k]:g}",
+                    rounded(assessment.reliability[k]),
+                    rounded(assessment.low[k]),
+                    rounded(assessment.high[k]),
+                    f"{assessment.mean[k]:.3g} {assessment.unit}",
+                    f"{assessment.deviation[k]:.3g}",
                 )
-                for k in (range(own.angle.size) if every else [own.worst])
+                for k in (range(assessment.angle.size) if every else [assessment.worst])
             ]
     return rows
 
@@ -134,8 +134,8 @@ def difference_rows(comparison: ReliabilityComparison) -> list[tuple[str, ...]]:
     return [
         ("a less b", "R", "±", "verdict"),
         *(
-            (name, f"{own.minimum:.1e}", f"{np.linalg.norm(_half_widths(own)):.1e}", own.verdict)
-            for name, own in comparison.quantities.items()
+            (name, f"{case.minimum:.1e}", f"{np.linalg.norm(_half_widths(case)):.1e}", case.verdict)
+            for name, case in comparison.quantities.items()
         ),
     ]
 
@@ -149,7 +149,7 @@ def table_notes(result: TableReliability) -> list[str]:
             f"{MARGIN:g}. Undecided: it holds zero and reaches further, or is not known in full."
         )
         lines += [f"Undecided: {why}."] if (why := undecided(result.comparison)) else []
-        if any(len(_half_widths(own)) < 2 for own in result.comparison.quantities.values()):
+        if any(len(_half_widths(case)) < 2 for case in result.comparison.quantities.values()):
             lines.append(
                 "± holds what other cycles leave open, not the numerical error of the tables: "
                 "that is known from finer runs of both (--finer-a, --finer-b)."
