@@ -65,8 +65,8 @@ def peaks(
     pairs = []
     for instants, signal in zip(times, signals, strict=True):
         distance = side * (signal - zero)
-        farthest = int((distance >= distance.max() - EQUAL * abs(distance.max())).argmax())
-        pairs.append((float(signal[farthest]), float(instants[farthest])))
+        row = int((distance >= distance.max() - EQUAL * abs(distance.max())).argmax())
+        pairs.append((float(signal[row]), float(instants[row])))
     return tuple(pairs)
 
 
@@ -438,12 +438,12 @@ def parting_contact(
         candidates = np.concatenate([times for group in starts for times in group])
         candidates = candidates[candidates <= until]
         one, other = (np.sum([near(candidates, times) for times in group], axis=0) for group in starts)
-        apart = np.abs(one / sizes[0] - other / sizes[1])
-        if np.any(apart >= PARTING_SHARE):
+        gaps = np.abs(one / sizes[0] - other / sizes[1])
+        if np.any(gaps >= PARTING_SHARE):
             # The start of this contact that separates the groups best
-            earliest = candidates[apart >= PARTING_SHARE].min()
+            earliest = candidates[gaps >= PARTING_SHARE].min()
             nearby = np.flatnonzero((candidates >= earliest) & (candidates <= earliest + window))
-            k = nearby[apart[nearby].argmax()]
+            k = nearby[gaps[nearby].argmax()]
             partings.append(Parting(corner, float(candidates[k]), (int(one[k]), int(other[k])), sizes))
     return min(partings, key=lambda parting: parting.start, default=None)
 

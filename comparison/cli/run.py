@@ -73,7 +73,7 @@ def run(
         from comparison.files import check_file
         from comparison.scene import load_scene, parse_set
         from comparison.tables.table_files import check_format, companions, write
-        from comparison.words.accuracy import accuracy_line, cost_before, expectation, unmeasured
+        from comparison.words.accuracy import accuracy_line, cost_before, expectation, unmeasured_note
 
         check_format(out)
         out = check_file(out)
@@ -106,7 +106,7 @@ def run(
             say_wrapped(accuracy_line(accurate), rest="  ")
             table = accurate.with_uncertainty() if check else accurate.table
             code = 0 if accurate.kept else NOT_REACHED
-        elif accuracy is None and (note := unmeasured(expected(loaded, model))):
+        elif accuracy is None and (note := unmeasured_note(expected(loaded, model))):
             say(f"sixbar: {note}", err=True)
         warn(quality_warnings(table))
         record |= {"reliability": loaded.reliability.model_dump()}

@@ -39,14 +39,7 @@ from comparison.verdict.results import ChannelComparison, SceneComparison, rank
 from comparison.verdict.validate import Pair, Standing
 from comparison.words import differences, verdicts
 from comparison.words.differences import lead
-from comparison.words.record import (
-    check_message,
-    deviating_channels,
-    gate_counts,
-    gate_notes,
-    gate_summary,
-    of_gate,
-)
+from comparison.words.record import check_message, deviations, gate_counts, gate_notes, gate_summary, of_gate
 from comparison.words.reliability import notes
 from comparison.words.since import Since, sentences
 from comparison.words.verdicts import SYMBOLS, standing
@@ -132,16 +125,16 @@ def joints(mechanism: Mapping[str, Any], crank_angle_deg: float) -> dict[str, co
     A, H = rect(crank["length"], radians(crank_angle_deg)), complex(*mechanism["rocker_pivot"])
     # B is where circles about A and H cross.
     distance = abs(H - A)
-    along = (distance**2 + rod2["length"] ** 2 - rocker["centroid"] ** 2) / (2 * distance)
-    across = rod2["length"] ** 2 - along**2
-    if across < 0.0:
+    projection = (distance**2 + rod2["length"] ** 2 - rocker["centroid"] ** 2) / (2 * distance)
+    square = rod2["length"] ** 2 - projection**2
+    if square < 0.0:
         return None
-    B = A + (H - A) / distance * complex(along, mechanism["rocker_branch"] * sqrt(across))
+    B = A + (H - A) / distance * complex(projection, mechanism["rocker_branch"] * sqrt(square))
     C = H + rocker["length"] / rocker["centroid"] * (B - H)
-    below = rod4["length"] ** 2 - (mechanism["guide_x"] - C.real) ** 2
-    if below < 0.0:
+    drop_square = rod4["length"] ** 2 - (mechanism["guide_x"] - C.real) ** 2
+    if drop_square < 0.0:
         return None
-    F = complex(mechanism["guide_x"], C.imag + mechanism["slider_branch"] * sqrt(below))
+    F = complex(mechanism["guide_x"], C.imag + mechanism["slider_branch"] * sqrt(drop_square))
     return {"O": 0j, "A": A, "B": B, "H": H, "C": C, "F": F}
 
 
@@ -230,8 +223,8 @@ def linkage_drawing(scene: SceneComparison) -> dict[str, Any] | None:
     guides: dict[str, list[tuple[complex, complex]]] = {name: [] for name in start}
     for guide in data["guide"].values():
         middle = complex(*guide["point"]) + body_points[f"{guide['on']}."]
-        along = rect(max(width, height), radians(guide["direction_deg"]))
-        guides[guide["on"]].append((middle - along, middle + along))
+        half = rect(max(width, height), radians(guide["direction_deg"]))
+        guides[guide["on"]].append((middle - half, middle + half))
     springs = []
     for spring in data["spring"].values():
         ends = [(name, body_points.get(name, complex(*spring["point"]))) for name in spring["joins"]]
@@ -263,15 +256,15 @@ def linkage_drawing(scene: SceneComparison) -> dict[str, Any] | None:
 def _insets(data: Mapping[str, Any], start: Mapping[str, Sequence[float]]) -> Iterator[dict[str, Any]]:
     """Yield places and shapes of the enlarged clearances of a linkage, px: each gap is equally wide."""
     for n, (name, joint) in enumerate(data.get("clearance", {}).items()):
-        magnified, offset, guide = _INSET / joint["size"], joint["offset"], data["guide"].get(name)
+        factor, offset, guide = _INSET / joint["size"], joint["offset"], data["guide"].get(name)
         inset = {"x": 60 + 120 * (n % 5), "y": 370 + 120 * (n // 5), "words": f"{name}: {_mm(joint['size'])}"}
         if guide is None:
-            yield inset | {"shift": (magnified * offset[0], -magnified * offset[1]), "block": None}
+            yield inset | {"shift": (factor * offset[0], -factor * offset[1]), "block": None}
             continue
-        length, width, tilt = joint["length"], joint["width"], -magnified * joint["tilt_deg"]
+        length, width, tilt = joint["length"], joint["width"], -factor * joint["tilt_deg"]
         scale = min(80.0 / length, 36.0 / width)  # of the block; displacements are magnified
         inset |= {"turned": -guide["direction_deg"] - degrees(start[guide["on"]][2]), "tilt": tilt / scale}
-        yield inset | {"shift": -magnified * offset, "block": (scale * length, scale * width), "gap": _INSET}
+        yield inset | {"shift": -factor * offset, "block": (scale * length, scale * width), "gap": _INSET}
 
 
 def _mm(metres: float) -> str:
@@ -541,7 +534,7 @@ _FIGURES = 12
 
 def write_gate(gate: Gate, path: Path, *, command: str, lead: Sequence[str]) -> Path:
     """Write the page of a gate, which ``command`` repeats; it begins with the lines of ``lead``."""
-    checks = deviating_channels(gate)
+    checks = deviations(gate)
     html = interactive_page(
         "gate.html.j2",
         title="Has a model changed since its baseline?",

@@ -187,8 +187,8 @@ def independent(scene: SceneComparison) -> list[str]:
     """Return the excited channels; of corners only normal forces and those that differ: others follow."""
     excited = scene.excited.items()
     at_contacts = {name for name, channel in excited if channel.definition.group in ("corners", "contacts")}
-    following = {name for name in at_contacts if name.endswith(("gap", "friction"))}
-    return [name for name, channel in excited if name not in following or channel.verdict == "differ"]
+    dependents = {name for name in at_contacts if name.endswith(("gap", "friction"))}
+    return [name for name, channel in excited if name not in dependents or channel.verdict == "differ"]
 
 
 def displayed_channels(scene: SceneComparison) -> list[ChannelComparison]:
@@ -211,7 +211,7 @@ def scene_plots(scene: SceneComparison) -> str:
     curves = [
         Curve(each.definition, guide_of(each.channel, scene.scene), (each.a, each.b), each) for each in items
     ]
-    return _packed(head, scene.time, curves, scene.scene, scene.events, scene.pulses) if items else ""
+    return _pack(head, scene.time, curves, scene.scene, scene.events, scene.pulses) if items else ""
 
 
 def table_plots(
@@ -233,10 +233,10 @@ def table_plots(
     head = {"labels": list(tables), "tier": "", "period": period, "threshold": "", "first": ["slider_x"]}
     events = [table.events for table in tables.values()]
     pulses = [pulses_of(table) for table in tables.values()]
-    return _packed(head, time, curves, scene, events, pulses)
+    return _pack(head, time, curves, scene, events, pulses)
 
 
-def _packed(
+def _pack(
     head: dict[str, Any],
     time: Array,
     curves: Sequence[Curve],

@@ -15,7 +15,7 @@ from comparison.report.svg import spans
 from comparison.scene.keys import flat
 from comparison.tables.channels import CONTACTS
 from comparison.verdict.results import ChannelComparison, SceneComparison
-from comparison.words.reliability import limit, rounded
+from comparison.words.reliability import format_reliability, limit
 from comparison.words.since import Since, change_text
 from comparison.words.verdicts import SYMBOLS, until
 
@@ -211,8 +211,8 @@ def reliability_tables(scene: SceneComparison) -> tuple[Table | None, Table | No
         row = f"{name}, {limit(difference.a)}"
         rows[row] = [
             *_verdict(difference.verdict),
-            ("Smallest reliability R", a, rounded(difference.a.minimum)),
-            ("Smallest reliability R", b, rounded(difference.b.minimum)),
+            ("Smallest reliability R", a, format_reliability(difference.a.minimum)),
+            ("Smallest reliability R", b, format_reliability(difference.b.minimum)),
             ("Smallest reliability R", "at", ", ".join(dict.fromkeys(at))),
             ("Difference of R", "value", number(difference.minimum, 2)),
             ("Difference of R", "±", half),
@@ -237,13 +237,13 @@ def _curves(difference: Difference) -> Markup:
     """Return a cell with both models' reliability over the crank cycle, the cap at the top."""
     curves = {"first": difference.a.reliability, "second": difference.b.reliability}
     low = min(float(curve.min()) for curve in curves.values())
-    highest = max(difference.a.cap, *(float(curve.max()) for curve in curves.values()))
-    span = max(highest - low, 10 * ROUNDING)  # less shows nothing
+    top = max(difference.a.cap, *(float(curve.max()) for curve in curves.values()))
+    span = max(top - low, 10 * ROUNDING)  # less shows nothing
     paths = []
     for model, curve in curves.items():
         curve = curve.repeat(2) if curve.size == 1 else curve  # a run within one interval
         places = 1000 * np.arange(curve.size) / (curve.size - 1)
-        heights = 0.5 + 9 * (highest - curve) / span
+        heights = 0.5 + 9 * (top - curve) / span
         path = "M" + "L".join(f"{x:.0f} {y:.1f}" for x, y in zip(places, heights, strict=True))
         paths.append(Markup('<path class="{}" d="{}"/>').format(model, path))
     attributes = 'class="curves" viewBox="0 0 1000 10" preserveAspectRatio="none" aria-hidden="true"'

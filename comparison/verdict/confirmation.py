@@ -69,12 +69,12 @@ def confirm(
     if result.verdict != "differ":
         return result
     if any(channel.u is None for channel in result.channels.values()):
-        return unconfirmed(result, Doubt.TOLERANCE)
+        return with_doubt(result, Doubt.TOLERANCE)
     if movable(scene) is None:
-        return unconfirmed(result, Doubt.RIGID)
+        return with_doubt(result, Doubt.RIGID)
     sides = [side for side, model in enumerate(models) if not too_slow(scene, model)]
     if not sides:
-        return unconfirmed(result, Doubt.SLOW)
+        return with_doubt(result, Doubt.SLOW)
     positions = [result.channels[name] for name in ("slider_x", "slider_angle") if name in result.channels]
     ends = [int(channel.predictable.argmin()) for channel in positions if not channel.predictable.all()]
     errors = [starting_error(model, scene, min(ends, default=result.time.size)) for model in runs]
@@ -122,13 +122,13 @@ def confirm_by_ensembles(
     members, since = (len(ensembles.get(0, ())), len(ensembles.get(1, ()))), result.attribution.outside_from
     farther, excess = _ranks(result, runs, groups)
     if any(farther):
-        corrected = judge(pair)
-        if corrected.verdict != "differ":
+        revision = judge(pair)
+        if revision.verdict != "differ":
             confirmation = Confirmation("underestimated", members=members, farther=farther, since=since)
-            return replace(corrected, confirmation=replace(confirmation, factor=_factor(result, corrected)))
-        result, (_, excess) = corrected, _ranks(corrected, runs, groups)
+            return replace(revision, confirmation=replace(confirmation, factor=_factor(result, revision)))
+        result, (_, excess) = revision, _ranks(revision, runs, groups)
     if len(groups) < len(ensembles):
-        return unconfirmed(result, Doubt.FEW_RUNS, members)
+        return with_doubt(result, Doubt.FEW_RUNS, members)
     since = result.attribution.outside_from
     first, second = ([model.base, *tables] for model, tables in zip(runs, pair, strict=True))
     confirmation = Confirmation(
@@ -141,7 +141,7 @@ def confirm_by_ensembles(
     return replace(result, confirmation=confirmation)
 
 
-def unconfirmed(result: SceneComparison, doubt: Doubt, members: tuple[int, int] = (0, 0)) -> SceneComparison:
+def with_doubt(result: SceneComparison, doubt: Doubt, members: tuple[int, int] = (0, 0)) -> SceneComparison:
     """Return the difference with the reason why it is not confirmed."""
     since = result.attribution.outside_from
     return replace(result, confirmation=Confirmation("unconfirmed", doubt, members, since=since))
@@ -176,19 +176,19 @@ def too_slow(scene: Scene, model: str) -> bool:
     return model == "exudyn" and scene.data["solver"]["exudyn"]["formulation"] == "full"
 
 
-def starting_error(runs: Runs, scene: Scene, before: int) -> tuple[float, Array]:
-    """Return the initial perturbation equivalent to a model's error in the first samples, ``before`` so many.
+def starting_error(runs: Runs, scene: Scene, count: int) -> tuple[float, Array]:
+    """Return the initial perturbation equivalent to a model's error in the first ``count`` samples.
 
     That is the standard deviation of the starts of an ensemble, and w(t), shape (n,); both in m.
     """
     lengths = {"slider_x": 1.0}
     if movable(scene) == "slider":
         lengths["slider_angle"] = scene.data["mechanism"]["slider"]["length"]
-    return equivalent_start(runs, lengths, perturbation(scene), before)
+    return equivalent_start(runs, lengths, perturbation(scene), count)
 
 
 def equivalent_start(
-    runs: Runs, lengths: Mapping[str, float], size: float, before: int
+    runs: Runs, lengths: Mapping[str, float], size: float, count: int
 ) -> tuple[float, Array]:
     """Return the result of `starting_error` for any system, in the unit of ``size``.
 
@@ -198,16 +198,16 @@ def equivalent_start(
     for name, length in lengths.items():
         if runs.finer is None or not runs.perturbed_runs:
             continue
-        error = length * np.abs(runs.base.values(name) - runs.finer.values(name))[:before]
+        error = length * np.abs(runs.base.values(name) - runs.finer.values(name))[:count]
         original = runs.original.values(name)
         distance = np.max([np.abs(original - run.values(name)) for run in runs.perturbed_runs], axis=0)
-        response = length * distance[:before] / size
+        response = length * distance[:count] / size
         mask = response > _NO_RESPONSE / size
         equivalents.append(error[mask] / response[mask])
         # G is at least 1: from a start with another crank pin the slider's distance grows to that from zero.
         growth = np.maximum.accumulate(np.maximum(response, 1.0))
         equivalent = np.maximum.accumulate(np.maximum.accumulate(error) / growth)
-        w[:before] = np.maximum(w[:before], equivalent)
+        w[:count] = np.maximum(w[:count], equivalent)
     return max(float(np.median(np.concatenate(equivalents))), size), np.maximum.accumulate(w)
 
 

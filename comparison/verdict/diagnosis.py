@@ -191,7 +191,7 @@ def attribute(
     excited = {name: channel for name, channel in results.items() if channel.verdict != "unexcited"}
     # A scene may differ by a time shift alone, which no channel shows: then all channels count.
     deciding = {name: channel for name, channel in excited.items() if channel.verdict == verdict} or excited
-    attribution = _first(deciding if verdict == "differ" else excited)
+    attribution = _first_outside(deciding if verdict == "differ" else excited)
     if scene is None or not excited or any(channel.u is None for channel in excited.values()):
         return attribution
     first, second = (
@@ -199,14 +199,14 @@ def attribute(
     )
     return replace(
         attribution,
-        explained=_explained(excited),
-        remaining=_remaining(runs, deciding),
+        explained=_explained_share(excited),
+        remaining=_remaining_shares(runs, deciding),
         refinements=(first, second),
-        unpredictable=_unpredictable(results),
+        unpredictable=_unpredictable_shares(results),
     )
 
 
-def _first(channels: Channels) -> Attribution:
+def _first_outside(channels: Channels) -> Attribution:
     """Find the first sample outside, and of several channels there the one farthest outside."""
     starts = []
     for name, channel in channels.items():
@@ -220,26 +220,26 @@ def _first(channels: Channels) -> Attribution:
     return Attribution(outside_from=time, outside_in=name)
 
 
-def _explained(channels: Channels) -> float:
+def _explained_share(channels: Channels) -> float:
     total = sum(int(channel.judged.sum()) for channel in channels.values())
     return 1.0 - sum(int(c.beyond.sum()) for c in channels.values()) / total if total else nan
 
 
-def _remaining(runs: tuple[Runs, Runs], deciding: Channels) -> dict[str, float]:
+def _remaining_shares(runs: tuple[Runs, Runs], deciding: Channels) -> dict[str, float]:
     """Return the share of the difference that remains with the run of "a", "b" or "both" refined."""
-    differs = _explained(deciding) < next(iter(deciding.values())).limits.share
+    differs = _explained_share(deciding) < next(iter(deciding.values())).limits.share
     squares = dict.fromkeys(("base", "a", "b", "both"), 0.0)
     for name, channel in deciding.items():
         mask = channel.beyond if differs else channel.judged
         a, b = channel.a[mask], channel.b[mask]
         fine_a, fine_b = (model.finer.values(name)[mask] for model in runs if model.finer is not None)
-        for key, apart in {"base": a - b, "a": fine_a - b, "b": a - fine_b, "both": fine_a - fine_b}.items():
-            squares[key] += float(np.sum((apart / channel.scale) ** 2))
+        for key, delta in {"base": a - b, "a": fine_a - b, "b": a - fine_b, "both": fine_a - fine_b}.items():
+            squares[key] += float(np.sum((delta / channel.scale) ** 2))
     base = squares.pop("base")
     return {key: sqrt(square / base) if base > 0 else nan for key, square in squares.items()}
 
 
-def _unpredictable(results: Channels) -> dict[str, float]:
+def _unpredictable_shares(results: Channels) -> dict[str, float]:
     """Return the shares of the unpredictable samples of indeterminate channels, by the u that causes them."""
     count = dict.fromkeys(("a", "b", "each", "together"), 0)
     for channel in results.values():

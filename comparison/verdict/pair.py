@@ -45,7 +45,7 @@ from comparison.tables.foreign import open_source, read_tables
 from comparison.tables.mapping import Mapping, Quantity, mapping_of
 from comparison.tables.table import Table, TableError
 from comparison.verdict.channel import Criteria
-from comparison.verdict.confirmation import OTHER_MEMBERS, equivalent_start, scaled_member, unconfirmed
+from comparison.verdict.confirmation import OTHER_MEMBERS, equivalent_start, scaled_member, with_doubt
 from comparison.verdict.recorded import ProgramRuns, compare_recorded, with_errors, without_error
 from comparison.verdict.results import Doubt, SceneComparison
 
@@ -312,7 +312,7 @@ class Pair:
                 line = f"{side.label}: a moved start changes nothing: how its motions diverge is not known"
                 result, doubt = replace(result, warnings=(*result.warnings, line)), Doubt.UNMOVED
         if result.verdict == "differ" and result.confirmation and doubt:
-            result = unconfirmed(result, doubt, result.confirmation.members)
+            result = with_doubt(result, doubt, result.confirmation.members)
         return without_error(result, programs, [bool(side.files) for side in self.sides]), programs
 
     def _compare(self, data: Programs, before: SceneComparison | None = None) -> SceneComparison:

@@ -161,9 +161,7 @@ def missing_contact(
     for corner in CONTACTS:
         force = results.get(f"corner_{corner}_normal")
         values = (None, None) if force is None else (force.a, force.b)
-        spans = [
-            _spans(table.events, corner, time, samples) for table, samples in zip(tables, values, strict=True)
-        ]
+        spans = [_spans(table.events, corner, time, f) for table, f in zip(tables, values, strict=True)]
         for side, other in ((0, 1), (1, 0)):
             for start, end in spans[side]:
                 if not start <= outside_from <= end + 2 * step:

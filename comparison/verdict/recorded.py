@@ -21,7 +21,7 @@ from comparison.tables.table import Table, TableError
 from comparison.verdict.channel import NO_CRITERIA, Criteria
 from comparison.verdict.compare import compare as compare_runs
 from comparison.verdict.compare import recorded_scene
-from comparison.verdict.confirmation import confirm_by_ensembles, unconfirmed
+from comparison.verdict.confirmation import confirm_by_ensembles, with_doubt
 from comparison.verdict.results import Doubt, SceneComparison
 
 
@@ -164,8 +164,8 @@ def compare_files(
     if scene is None:
         scene, notes = recorded_scene(tables[0], tables[len(a)])
         warnings += notes
-    first = _recorded(a, tables[: len(a)], refinements[0], errors[0])
-    second = _recorded(b, tables[len(a) :], refinements[1], errors[1])
+    first = _program_runs(a, tables[: len(a)], refinements[0], errors[0])
+    second = _program_runs(b, tables[len(a) :], refinements[1], errors[1])
     uncertain = first.finer is not None or second.finer is not None
     defaults = [] if scene is None else [scene.compare.model_dump()]
     defaults += [] if mapping is None else [{"gate": mapping.gate, "channels": mapping.compare}]
@@ -212,22 +212,20 @@ def without_error(
         if program.finer is None:
             continue
         names = [*(result.excited if from_error else program.base.names)]
-        matches = [n for n in names if np.array_equal(program.finer.values(n), program.base.values(n))]
-        if from_error and matches:
-            line = (
-                f"no error is known of {', '.join(matches)}, which counts as exact apart from its round-off"
-            )
-        elif matches == names:
+        ties = [n for n in names if np.array_equal(program.finer.values(n), program.base.values(n))]
+        if from_error and ties:
+            line = f"no error is known of {', '.join(ties)}, which counts as exact apart from its round-off"
+        elif ties == names:
             line = "runs at two settings are equal: is the setting used?"
         else:
             continue
         result = replace(result, warnings=(*result.warnings, f"{label}: {line}"))
-        if matches == names and result.verdict == "differ" and result.confirmation:
-            result = unconfirmed(result, Doubt.NO_EFFECT, result.confirmation.members)
+        if ties == names and result.verdict == "differ" and result.confirmation:
+            result = with_doubt(result, Doubt.NO_EFFECT, result.confirmation.members)
     return result
 
 
-def _recorded(
+def _program_runs(
     files: Files, tables: Sequence[Table], refinement: tuple[float, float] | None, errors: Errors
 ) -> ProgramRuns:
     pairs = [(kind, table) for (kind, _), table in zip(files, tables, strict=True)]
@@ -278,10 +276,8 @@ def compare_recorded(
         if program.finer is None and (program.coarser is not None or program.perturbed):
             raise TableError(f"{label}: coarser and perturbed runs count only beside a finer one")
     if (a.finer is None) != (b.finer is None):
-        source, exact = labels[::-1] if a.finer is None else labels
-        warnings += (
-            f"only the error of {source} is known: {exact} counts as exact apart from its round-off",
-        )
+        owner, exact = labels[::-1] if a.finer is None else labels
+        warnings += (f"only the error of {owner} is known: {exact} counts as exact apart from its round-off",)
         a, b = (program if program.finer else replace(program, finer=program.base) for program in (a, b))
     a, b = (program.each(partial(_align_times, base=program.base)) for program in (a, b))
     if a.finer is not None:
@@ -297,7 +293,7 @@ def compare_recorded(
         return result
     ensembles = {n: program.perturbed[2:] for n, program in enumerate((a, b)) if program.perturbed[2:]}
     if not ensembles:
-        return unconfirmed(result, Doubt.NO_STARTS)
+        return with_doubt(result, Doubt.NO_STARTS)
     return confirm_by_ensembles(result, runs, ensembles, lambda pair: judge(ensembles=pair))
 
 

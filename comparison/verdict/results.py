@@ -264,12 +264,12 @@ class ChannelComparison:
         largest = self.basis is Basis.LARGEST
         mask = self.nonzero if largest else self.judged
         limit = np.full(self.time.shape, self.worst_threshold) if largest else self.threshold
-        ratio = self._exceeded(mask, limit)
+        ratio = self._ratio_within(mask, limit)
         if ratio <= 1.0 and self.verdict == "differ":
-            ratio = self._exceeded(mask & (self.time <= self.differs_from), limit)
+            ratio = self._ratio_within(mask & (self.time <= self.differs_from), limit)
         return ratio
 
-    def _exceeded(self, mask: BoolArray, limit: Array) -> float:
+    def _ratio_within(self, mask: BoolArray, limit: Array) -> float:
         """Return the |a - b| over a limit that the required share of the masked samples does not exceed."""
         size, limit = self.size[mask], limit[mask]
         if not size.size:
@@ -546,10 +546,8 @@ class SceneComparison:
 
         A contact is predictable where its corner's gap is, or x where the tables hold no gaps.
         """
-        places, gaps = (
-            [*CONTACTS, *contact_places(*self.events)],
-            ("corner_{}_gap", "{}_gap", "{}.x", "slider_x"),
-        )
+        places = [*CONTACTS, *contact_places(*self.events)]
+        gaps = "corner_{}_gap", "{}_gap", "{}.x", "slider_x"
         gap_channels = {place: [self.channels.get(gap.format(place)) for gap in gaps] for place in places}
         deciding = {place: next(filter(None, of_place), None) for place, of_place in gap_channels.items()}
         predictable = {place: c.predictable for place, c in deciding.items() if c and c.u is not None}

@@ -69,14 +69,14 @@ def until(time: Array, predictable: BoolArray, window: float) -> tuple[float, in
     return float(time[starts[count]] if long.any() else time[-1]), count
 
 
-def covered(predictable: BoolArray, limits: Thresholds) -> BoolArray:
+def has_coverage(predictable: BoolArray, limits: Thresholds) -> BoolArray:
     """Return where the share of predictable samples up to each is the required coverage, shape (n,)."""
     return np.asarray(np.cumsum(predictable) / np.arange(1, predictable.size + 1) >= limits.coverage)
 
 
 def enough(predictable: BoolArray, nonzero: BoolArray, limits: Thresholds) -> BoolArray:
     """Return where the samples up to each are enough to judge a channel by its own thresholds, shape (n,)."""
-    return covered(predictable, limits) & (np.cumsum(predictable & nonzero) >= limits.least_judged)
+    return has_coverage(predictable, limits) & (np.cumsum(predictable & nonzero) >= limits.least_judged)
 
 
 def differs(predictable: BoolArray, nonzero: BoolArray, beyond: BoolArray, limits: Thresholds) -> BoolArray:
@@ -86,5 +86,5 @@ def differs(predictable: BoolArray, nonzero: BoolArray, beyond: BoolArray, limit
     predictable, it must be more than that share even with all others explained.
     """
     counts, outside = np.cumsum(predictable & nonzero), np.cumsum(beyond)
-    totals = np.maximum(np.where(covered(predictable, limits), counts, np.cumsum(nonzero)), 1)
+    totals = np.maximum(np.where(has_coverage(predictable, limits), counts, np.cumsum(nonzero)), 1)
     return np.asarray((outside >= limits.least_outside) & ((totals - outside) / totals < limits.share))

@@ -248,7 +248,7 @@ class Case:
             )
         except TableError as error:
             return Validation(self.refusal(str(error)))
-        judgement = settle(
+        last = settle(
             replace(comparison, command=self.command, refined=1 if failures else 0, halved=bool(failures)),
             pair,
             scene=scene,
@@ -256,10 +256,8 @@ class Case:
             run=self.run,
             run_families=self.run_families,
         )
-        comparison = replace(
-            judgement.comparison, run_scene=judgement.scene, closer_command=self.closer_command
-        )
-        return Validation(comparison, dict(zip(models, judgement.runs, strict=True)))
+        comparison = replace(last.comparison, run_scene=last.scene, closer_command=self.closer_command)
+        return Validation(comparison, dict(zip(models, last.runs, strict=True)))
 
     def run(self, starts: Sequence[Scene], model: str) -> list[Table]:
         """Run an ensemble; return the tables of the runs that succeeded."""

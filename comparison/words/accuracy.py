@@ -36,7 +36,7 @@ def expectation(expected: Expected) -> str:
     return f"expected: {error_of(expected)}, and {time}"
 
 
-def unmeasured(expected: Expected) -> str:
+def unmeasured_note(expected: Expected) -> str:
     """Return a sentence if the error of a built-in model's settings is not measured on a scene, else ""."""
     return "" if expected.own or not expected.scene else f"the error of slider_x was {_UNMEASURED}"
 

@@ -261,12 +261,12 @@ def attribution_lines(scene: SceneComparison) -> list[str]:
         setting, where = "band" if scene.has_u else "tolerance", instant_of(result.outside_from, scene)
         lines.append(f"first outside the {setting}: {result.outside_in} at {where}")
     if result.unpredictable:
-        whose = (
+        origins = (
             f"{words.format(*scene.labels)} {result.unpredictable[key]:.0%}"
             for key, words in _UNPREDICTABLE.items()
             if result.unpredictable[key] >= 0.005
         )
-        lines.append(f"not predictable in the indeterminate channels by {', '.join(whose)}")
+        lines.append(f"not predictable in the indeterminate channels by {', '.join(origins)}")
     return lines
 
 

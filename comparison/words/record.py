@@ -13,7 +13,7 @@ from comparison.verdict.results import SceneComparison
 from comparison.words import differences
 from comparison.words import verdicts as words
 from comparison.words.differences import causes
-from comparison.words.reliability import missing
+from comparison.words.reliability import missing_reason
 
 _OF_CHANNEL = (
     "coverage", "coverage_error", "explained", "max_difference", "rms_difference", "rms_error", "max_scaled",
@@ -99,7 +99,7 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
         "reliability": reliability
         and {
             "verdict": reliability.verdict,
-            "missing": missing(reliability),
+            "missing": missing_reason(reliability),
             "bins": reliability.settings.bins,
             "channels": reliability.settings.channels,
             "errors": reliability.settings.errors,
@@ -268,11 +268,11 @@ def _share(share: float) -> str:
 
 def gate_lines(gate: Gate) -> list[str]:
     """Return the first deviation with its time, place and size, then each run, other checks, counters."""
-    deviations = deviating_channels(gate)
+    moves = deviations(gate)
     runs: dict[tuple[str, str], list[Check]] = {}
-    for check in deviations:
+    for check in moves:
         runs.setdefault((check.scene, _group(check)), []).append(check)
-    lines = [f"from t = {check.data['time']:g} s on: {check_message(check)}" for check in deviations[:1]]
+    lines = [f"from t = {check.data['time']:g} s on: {check_message(check)}" for check in moves[:1]]
     for (scene, run), checks in runs.items():
         worst = max(checks, key=lambda check: float(check.data["largest"]))
         count = "1 channel deviates" if len(checks) == 1 else f"{len(checks)} channels deviate"
@@ -283,10 +283,10 @@ def gate_lines(gate: Gate) -> list[str]:
     return lines + [check_message(check) for check in others]
 
 
-def deviating_channels(gate: Gate) -> list[Check]:
+def deviations(gate: Gate) -> list[Check]:
     """Return the channels that deviate, by the time of their first deviation, the largest share first."""
-    deviations = (check for check in gate.regressions if check.kind is Kind.MOVED)
-    return sorted(deviations, key=lambda check: (check.data["time"], -check.data["share"]))
+    checks = (check for check in gate.regressions if check.kind is Kind.MOVED)
+    return sorted(checks, key=lambda check: (check.data["time"], -check.data["share"]))
 
 
 def _or_missing(value: object) -> object:

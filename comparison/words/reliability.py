@@ -13,12 +13,12 @@ from comparison.scene import Reliability
 from comparison.scene.linkage import LinkageReliability
 
 
-def rounded(value: float) -> str:
+def format_reliability(value: float) -> str:
     """Return a reliability with five digits as the paper prints it, with seven from 0.99 on."""
     return f"{value:.5f}" if value < 0.99 else f"{value:.7f}"
 
 
-def missing(comparison: ReliabilityComparison) -> str:
+def missing_reason(comparison: ReliabilityComparison) -> str:
     """Return in one line the reason why there is no comparison; empty where there is one."""
     why = comparison.missing
     if isinstance(why, RunError):
@@ -31,25 +31,25 @@ def missing(comparison: ReliabilityComparison) -> str:
 def line(comparison: ReliabilityComparison) -> str:
     """Return verdict, smallest reliability of each quantity and the largest difference of the models."""
     if not comparison.quantities:
-        return f"not available: {missing(comparison)}"
-    smallest = [_smallest(name, difference) for name, difference in comparison.quantities.items()]
+        return f"not available: {missing_reason(comparison)}"
+    smallest = [_smallest_text(name, difference) for name, difference in comparison.quantities.items()]
     largest = max(comparison.quantities.values(), key=lambda difference: abs(difference.minimum))
     finite = np.isfinite(largest.half_width)
     uncertainty = f"± {largest.half_width:.1e}" if finite else "of unknown uncertainty"
     return (
         f"{comparison.verdict}: smallest of {', '.join(smallest)}; "
         f"largest difference {abs(largest.minimum):.1e} {uncertainty}"
-        f"{f'; {why}' if (why := undecided(comparison)) else ''}"
+        f"{f'; {why}' if (why := undecided_reasons(comparison)) else ''}"
     )
 
 
-def undecided(comparison: ReliabilityComparison) -> str:
+def undecided_reasons(comparison: ReliabilityComparison) -> str:
     """Return the reach of the interval of each undecided difference, and its main cause."""
     reasons = []
     for name, case in comparison.quantities.items():
         excess = abs(case.minimum) + case.half_width - MARGIN
-        most = "scatter of cycles" if case.sampling >= case.numerical else "numerics"
-        text = f"the difference of {name}, {case.minimum:.1e} ± {case.half_width:.1e} (mostly {most}), "
+        cause = "scatter of cycles" if case.sampling >= case.numerical else "numerics"
+        text = f"the difference of {name}, {case.minimum:.1e} ± {case.half_width:.1e} (mostly {cause}), "
         text += f"includes zero and reaches {excess:.1e} beyond {MARGIN:g}"
         text = text if np.isfinite(excess) else f"the numerical error of {name} is not known"
         reasons += [text] if case.verdict == "undecided" else []
@@ -66,12 +66,12 @@ def limit(assessment: Assessment) -> str:
 def notes(comparison: ReliabilityComparison) -> list[str]:
     """Return the notes on this scene's numbers: limits, cap, cycles."""
     if not comparison.quantities:
-        return [f"Not available: {missing(comparison)}."]
+        return [f"Not available: {missing_reason(comparison)}."]
     lines = _notes(comparison.settings, {name: (d.a, d.b) for name, d in comparison.quantities.items()})
     if isinstance(comparison.settings, LinkageReliability):
         names = ", ".join(comparison.settings.channels.values())
         lines.insert(0, f"Errors of {names}, against the same linkage without clearance.")
-    return [f"Undecided: {why}.", *lines] if (why := undecided(comparison)) else lines
+    return [f"Undecided: {why}.", *lines] if (why := undecided_reasons(comparison)) else lines
 
 
 def _notes(settings: Reliability, quantities: Mapping[str, Sequence[Assessment]]) -> list[str]:
@@ -99,9 +99,9 @@ def _notes(settings: Reliability, quantities: Mapping[str, Sequence[Assessment]]
     ]
 
 
-def _smallest(name: str, difference: Difference) -> str:
+def _smallest_text(name: str, difference: Difference) -> str:
     a, b, name = difference.a, difference.b, f"{name} ({limit(difference.a)})"
-    values = " and ".join(dict.fromkeys(rounded(model.minimum) for model in (a, b)))
+    values = " and ".join(dict.fromkeys(format_reliability(model.minimum) for model in (a, b)))
     if a.capped[a.worst] and b.capped[b.worst]:
         return f"{name} {values} (the cap)"
     angles = " and ".join(dict.fromkeys(f"{model.angle[model.worst]:g}" for model in (a, b)))
@@ -118,9 +118,9 @@ def table_rows(result: TableReliability, *, every: bool) -> list[tuple[str, ...]
                 (
                     f"{name} {label}",
                     f"{assessment.angle[k]:g}",
-                    rounded(assessment.reliability[k]),
-                    rounded(assessment.low[k]),
-                    rounded(assessment.high[k]),
+                    format_reliability(assessment.reliability[k]),
+                    format_reliability(assessment.low[k]),
+                    format_reliability(assessment.high[k]),
                     f"{assessment.mean[k]:.3g} {assessment.unit}",
                     f"{assessment.deviation[k]:.3g}",
                 )
@@ -148,7 +148,7 @@ def table_notes(result: TableReliability) -> list[str]:
             "Differ: the interval of the difference excludes zero. Agree: it holds zero and is within "
             f"{MARGIN:g}. Undecided: it holds zero and reaches further, or is not known in full."
         )
-        lines += [f"Undecided: {why}."] if (why := undecided(result.comparison)) else []
+        lines += [f"Undecided: {why}."] if (why := undecided_reasons(result.comparison)) else []
         if any(len(_half_widths(case)) < 2 for case in result.comparison.quantities.values()):
             lines.append(
                 "± holds what other cycles leave open, not the numerical error of the tables: "

@@ -203,10 +203,10 @@ def scene_reason(scene: SceneComparison, *, brief: bool = False) -> str:
         if not unsettled:
             return "too few samples are predictable"
         worst = min(unsettled, key=lambda channel: channel.coverage)
-        which = "" if len(set(map(reason, unsettled))) == 1 else f", most of all {worst.channel}"
-        return f"{len(unsettled)} of {count} channels are indeterminate{which}: {reason(worst)}"
-    until_then = "" if brief and not scene.enough else agreement(scene)  # the mark beside it
-    text = " ".join(filter(None, (f"{len(agreeing)} of {count} excited channels agree", until_then)))
+        example = "" if len(set(map(reason, unsettled))) == 1 else f", most of all {worst.channel}"
+        return f"{len(unsettled)} of {count} channels are indeterminate{example}: {reason(worst)}"
+    time_text = "" if brief and not scene.enough else agreement(scene)  # the mark beside it
+    text = " ".join(filter(None, (f"{len(agreeing)} of {count} excited channels agree", time_text)))
     if decisive(agreeing) is not None:
         text += f", nearest to its limit {_worst(agreeing)}"
     elif agreeing:  # by the limits of a gate
@@ -302,9 +302,9 @@ def headline(scenes: Sequence[SceneComparison]) -> str:
     text = _count_text(scenes)
     text = f"At the standard tier {text}; at the tight tier {_count_text(tight)}" if tight else text
     results = [tier.confirmation for tier in (*scenes, *tight) if tier.confirmation is not None]
-    corrected = sum(result.outcome == "underestimated" for result in results)
-    rest = "1 of these verdicts rests" if corrected == 1 else f"{corrected} of these verdicts rest"
-    return f"{_capital(text)}." + (f" {rest} on a corrected uncertainty." if corrected else "")
+    count = sum(result.outcome == "underestimated" for result in results)
+    rest = "1 of these verdicts rests" if count == 1 else f"{count} of these verdicts rest"
+    return f"{_capital(text)}." + (f" {rest} on a corrected uncertainty." if count else "")
 
 
 def _count_text(scenes: Sequence[SceneComparison]) -> str:
@@ -322,7 +322,7 @@ def _count_text(scenes: Sequence[SceneComparison]) -> str:
         if count[verdict]
     ]
     what = "scenes" if any(scene.run_scene or scene.failed_job for scene in scenes) else "pairs of tables"
-    return f"all {parts[0]}" if len(parts) == 1 else f"of {len(scenes)} {what} {listed(parts)}"
+    return f"all {parts[0]}" if len(parts) == 1 else f"of {len(scenes)} {what} {join_names(parts)}"
 
 
 def incomplete(scenes: Sequence[SceneComparison], missing: Sequence[str]) -> str:
@@ -339,20 +339,20 @@ def standing(result: Standing) -> str:
     if result.outcome == "cannot compare":
         text = "no two models can be compared"
     elif result.outcome == "agree":
-        text = f"{listed(models)} agree" if len(models) == 2 else f"all {len(models)} agree"
+        text = f"{join_names(models)} agree" if len(models) == 2 else f"all {len(models)} agree"
     elif outlier:
-        others = listed([model for model in models if model != outlier])
+        others = join_names([model for model in models if model != outlier])
         text = f"{outlier} is the outlier: it differs from {others}, which agree"
     else:
         head = "undecided" if result.outcome == "undecided" else "no model is the outlier"
         pairs = sorted(result.verdicts.items(), key=lambda item: list(_PAIRS).index(item[1]))
-        text = f"{head}: {'; '.join(_PAIRS[verdict].format(listed(pair)) for pair, verdict in pairs)}"
+        text = f"{head}: {'; '.join(_PAIRS[verdict].format(join_names(pair)) for pair, verdict in pairs)}"
     if result.left_out:
-        text += f"; {listed(result.left_out)} cannot be compared"
+        text += f"; {join_names(result.left_out)} cannot be compared"
     return f"{_capital(text)}."
 
 
-def listed(names: Sequence[str]) -> str:
+def join_names(names: Sequence[str]) -> str:
     """Return "a, b and c"."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
@@ -417,7 +417,7 @@ def _third_opinion(scene: SceneComparison, setup: Scene) -> tuple[str, ...]:
         if "crank_pin" not in setup.loose:  # the reference's multipliers need an ideal pin
             model, formulation, host = "reference", "multiplier", scene.labels[1]
     third = setup.variant({f"solver.{model}.formulation": formulation})
-    compare = command_line("compare", [f"{scene.name}-{which}.csv" for which in (host, formulation)], {})
+    compare = command_line("compare", [f"{scene.name}-{part}.csv" for part in (host, formulation)], {})
     return _run(third, model, scene.name, formulation), _run(setup, host, scene.name), compare
 
 
