@@ -256,7 +256,7 @@ def attribution_lines(scene: SceneComparison) -> list[str]:
         shares = [_share(result.remaining[key]) for key in ("a", "b", "both")]
         settings = [*map(_refinement, result.refinements), "both"]
         parts = [f"{share} with {setting}" for share, setting in zip(shares, settings, strict=True)]
-        lines.append(f"left of the difference: {', '.join(parts)}")
+        lines.append(f"remaining difference: {', '.join(parts)}")
     if result.outside_in:
         setting, where = "band" if scene.has_u else "tolerance", instant_of(result.outside_from, scene)
         lines.append(f"first outside the {setting}: {result.outside_in} at {where}")
