@@ -31,42 +31,42 @@ def maximum(difference: Array) -> float:
 
 def rms(time: Array, difference: Array) -> float:
     """Return the root mean square over time: a sample weighs the mean distance to its neighbours."""
-    # Squares of shares overflow or underflow in no unit
+    # The largest value divides first: squares must neither over- nor underflow, in any unit
     largest = maximum(difference)
     if largest == 0.0:
         return 0.0
     return largest * float(np.sqrt(np.average(np.square(difference / largest), weights=np.gradient(time))))
 
 
-def scaled(value: float, scale: float) -> float:
+def scaled_value(value: float, scale: float) -> float:
     """Return the value over the channel's scale (>= 0, in one unit); nan where that is zero."""
     return value / scale if scale > 0 else float("nan")
 
 
-Between = tuple[Sequence[tuple[float, float]], Sequence[tuple[float, float]]]
+Extrema = tuple[Sequence[tuple[float, float]], Sequence[tuple[float, float]]]
 """Instants and values of two signals between their samples."""
 
 
 def peaks(
-    time: Array, a: Array, b: Array, zero: float = 0.0, between: Between = ((), ())
+    time: Array, a: Array, b: Array, zero: float = 0.0, extrema: Extrema = ((), ())
 ) -> tuple[tuple[float, float], ...]:
     """Return value and instant of the peak of either signal: the sample, or extremum, farthest from a zero.
 
-    It is on the side to which the two go farther: else a wave that is as high as deep would have its peak
-    above in one and below in the other. Of samples equally far, to round-off, the first counts.
+    It is on the side to which the two go farther: else a wave as high as it is deep could have its peak above
+    in one signal and below in the other. Of samples equally far, to round-off, the first counts.
     """
-    times = [np.append(time, [instant for instant, _ in points]) for points in between]
+    times = [np.append(time, [instant for instant, _ in points]) for points in extrema]
     signals = [
-        np.append(each, [value for _, value in points]) for each, points in zip((a, b), between, strict=True)
+        np.append(each, [value for _, value in points]) for each, points in zip((a, b), extrema, strict=True)
     ]
-    height = max(float(each.max()) for each in signals) - zero
-    depth = zero - min(float(each.min()) for each in signals)
-    side = 1.0 if height >= (1.0 - EQUAL) * depth else -1.0
+    above = max(float(each.max()) for each in signals) - zero
+    below = zero - min(float(each.min()) for each in signals)
+    side = 1.0 if above >= (1.0 - EQUAL) * below else -1.0
     pairs = []
     for instants, signal in zip(times, signals, strict=True):
-        heights = side * (signal - zero)
-        index = int((heights >= heights.max() - EQUAL * abs(heights.max())).argmax())
-        pairs.append((float(signal[index]), float(instants[index])))
+        distance = side * (signal - zero)
+        row = int((distance >= distance.max() - EQUAL * abs(distance.max())).argmax())
+        pairs.append((float(signal[row]), float(instants[row])))
     return tuple(pairs)
 
 
@@ -78,17 +78,17 @@ def correlation(time: Array, a: Array, b: Array) -> float:
     directions = []
     for signal in (a, b):
         signal = signal / maximum(signal)  # squares must neither over- nor underflow
-        direction = roots * (signal - np.average(signal, weights=roots**2))
-        directions.append(direction / np.linalg.norm(direction))
+        deviation = roots * (signal - np.average(signal, weights=roots**2))
+        directions.append(deviation / np.linalg.norm(deviation))
     return float(np.clip(directions[0] @ directions[1], -1.0, 1.0))
 
 
 def tube_share(time: Array, reference: Array, other: Array) -> float:
     """Return the share of the samples that lie in a tube around the reference; alone a poor gate.
 
-    The reference, at uniform times, is widened by a rectangle of half-width `TUBE` of its duration and half-
-    height `TUBE` of its range, the rule of csv-compare (Modelica Association): a contact force that is
-    missing is inside.
+    A rectangle of half-width `TUBE` of its duration and half-height `TUBE` of its range widens the
+    reference, at uniform times, by the rule of csv-compare (Modelica Association): a missing contact force
+    is inside.
     """
     width = 2 * int(TUBE * (reference.size - 1) + 1e-9) + 1  # 0.002 of 500 is a sample, however it rounds
     height, reach = TUBE * float(np.ptp(reference)), TUBE * float(time[-1] - time[0])
@@ -101,8 +101,8 @@ def tube_share(time: Array, reference: Array, other: Array) -> float:
 def tube_distance(time: Array, a: Array, b: Array, reach: float) -> Array:
     """Return the distance of two signals of which either may be early or late, shape (n,).
 
-    Each is held against the range of the other within ``reach`` (s), and the larger distance counts: a peak
-    that one of them lacks altogether is as far away as it is high.
+    Each is compared with the range of the other within ``reach`` (s), and the larger distance counts: a peak
+    that one of them lacks is as far away as it is high.
     """
     return np.maximum(_beyond_range(time, a, b, reach), _beyond_range(time, b, a, reach))
 
@@ -110,21 +110,21 @@ def tube_distance(time: Array, a: Array, b: Array, reach: float) -> Array:
 def _beyond_range(time: Array, values: Array, other: Array, reach: float) -> Array:
     """Return the distance of values from the range of another signal, which is continued beyond its ends."""
     steps = np.diff(other) / np.diff(time)
-    axis = np.concatenate([[time[0] - reach], time, [time[-1] + reach]])
+    grid = np.concatenate([[time[0] - reach], time, [time[-1] + reach]])
     other = np.concatenate([[other[0] - steps[0] * reach], other, [other[-1] + steps[-1] * reach]])
     windows = np.column_stack(
-        [np.searchsorted(axis, time - reach), np.searchsorted(axis, time + reach, side="right")]
+        [np.searchsorted(grid, time - reach), np.searchsorted(grid, time + reach, side="right")]
     ).ravel()
-    # An index past the end ends the last window; values between two windows are not used.
+    # An index past the end ends the last window; what lies between two windows is not used.
     padded = np.append(other, other[-1])
-    ends = [np.interp(time + side * reach, axis, other) for side in (-1.0, 1.0)]
+    ends = [np.interp(time + side * reach, grid, other) for side in (-1.0, 1.0)]
     low = np.min([np.minimum.reduceat(padded, windows)[::2], *ends], axis=0)
     high = np.max([np.maximum.reduceat(padded, windows)[::2], *ends], axis=0)
     return np.asarray(np.maximum(np.maximum(low - values, values - high), 0.0))
 
 
 def measures(
-    time: Array, a: Array, b: Array, *, position: bool, between: Between = ((), ())
+    time: Array, a: Array, b: Array, *, position: bool, extrema: Extrema = ((), ())
 ) -> dict[str, float]:
     """Return the usual measures of b against a; nan where one is undefined.
 
@@ -134,7 +134,7 @@ def measures(
     grid = np.linspace(time[0], time[-1], time.size)
     first, second = np.interp(grid, time, a), np.interp(grid, time, b)
     zero = float(first.mean() + second.mean()) / 2 if position else 0.0
-    (peak_a, time_a), (peak_b, time_b) = peaks(time, a, b, zero, between)
+    (peak_a, time_a), (peak_b, time_b) = peaks(time, a, b, zero, extrema)
     return {
         "tube_share": tube_share(grid, first, second),
         "correlation": correlation(grid, first, second),
@@ -161,7 +161,7 @@ def _root_weights(time: Array) -> Array:
 
 
 def distances(members: Array, run: Array, floor: Array) -> tuple[Array, float]:
-    """Return T of one channel, for each of n >= 3 members left out, and for a run; zero without a sample.
+    """Return T of one channel for each of n >= 3 members, and for a run; zero without a sample.
 
     Members have shape (n, m), run and floor u (m,). Without the floor a solver's local errors would count.
     """
@@ -172,10 +172,10 @@ def distances(members: Array, run: Array, floor: Array) -> tuple[Array, float]:
     deviations = members - centre
     squares = (deviations**2).sum(axis=0)
     distance = float((np.abs(run - centre) / np.maximum(np.sqrt(squares / count), floor)).max())
-    # Without member i the mean moves by -off_i / (n - 1); the sum of squares about it follows from that.
+    # Without member i the mean moves by -deviation_i / (n - 1); the sum of squares about it follows.
     variances = np.maximum(squares - deviations**2 * (count / (count - 1)), 0.0) / (count - 1)
-    ratios = np.abs(deviations) * (count / (count - 1)) / np.maximum(np.sqrt(variances), floor)
-    return ratios.max(axis=1), distance
+    of_members = np.abs(deviations) * (count / (count - 1)) / np.maximum(np.sqrt(variances), floor)
+    return of_members.max(axis=1), distance
 
 
 # ---- linear relation of two signals, with the errors of its coefficients
@@ -197,8 +197,8 @@ class Fit:
 def fit(a: Array, b: Array, *, scaled: bool = False, moved: bool = False) -> Fit:
     """Fit b by a with a free ratio (``scaled``), a free offset (``moved``) or both, by least squares.
 
-    Errors are those of the delete-one jackknife over blocks of the samples, whatever the correlation of the
-    remainder within a block, plus the rounding of the numbers.
+    Errors are those of the delete-one jackknife over blocks of the samples, plus the rounding of the numbers:
+    the remainder may be correlated within a block.
     """
     if scaled and not a.any():
         return Fit(nan, nan, nan, nan, inf)
@@ -207,18 +207,18 @@ def fit(a: Array, b: Array, *, scaled: bool = False, moved: bool = False) -> Fit
     count = min(_BLOCKS, a.size)
     blocks = np.arange(a.size) * count // a.size
 
-    def solve(mask: BoolArray) -> Array:
-        return np.asarray(np.linalg.lstsq(design[mask], target[mask], rcond=None)[0], dtype=np.float64)
+    def solve(rows: BoolArray) -> Array:
+        return np.asarray(np.linalg.lstsq(design[rows], target[rows], rcond=None)[0], dtype=np.float64)
 
-    whole = solve(np.ones(a.shape, dtype=np.bool_))
-    parts = np.array([solve(blocks != n) for n in range(count)])
+    solution = solve(np.ones(a.shape, dtype=np.bool_))
+    estimates = np.array([solve(blocks != n) for n in range(count)])
     rounding = 4 * np.spacing(max(np.abs(a).max(), np.abs(b).max()))
-    errors = 2 * np.sqrt((count - 1) * np.var(parts, axis=0))
+    errors = 2 * np.sqrt((count - 1) * np.var(estimates, axis=0))
     errors += rounding / np.sqrt(np.mean(design**2, axis=0))
-    difference, remainder = (float(np.sqrt(np.mean(rest**2))) for rest in (b - a, target - design @ whole))
-    ratio, ratio_error = (float(whole[0]), float(errors[0])) if scaled else (1.0, 0.0)
-    offset, offset_error = (float(whole[-1]), float(errors[-1])) if moved else (0.0, 0.0)
-    return Fit(ratio, offset, ratio_error, offset_error, remainder / difference if difference else nan)
+    rms_before, rms_after = (float(np.sqrt(np.mean(rest**2))) for rest in (b - a, target - design @ solution))
+    ratio, ratio_error = (float(solution[0]), float(errors[0])) if scaled else (1.0, 0.0)
+    offset, offset_error = (float(solution[-1]), float(errors[-1])) if moved else (0.0, 0.0)
+    return Fit(ratio, offset, ratio_error, offset_error, rms_after / rms_before if rms_before else nan)
 
 
 # ---- contacts: matching, situations, forces, and the one that separates two groups of runs
@@ -229,7 +229,7 @@ IntArray = NDArray[np.intp]
 # contacts of one corner in the shipped scenes (4.4e-4 of a cycle), so that matching is unique during chatter;
 # where runs are predictable their starts agree to 1e-4 of a cycle.
 WINDOW = 1 / 5000
-PARTED = 0.9  # a contact whose shares in two groups differ by so much separates them
+PARTING_SHARE = 0.9  # a contact separates two groups of runs if their shares that have it differ by as much
 
 SITUATIONS = {
     "free": "free",
@@ -239,19 +239,19 @@ SITUATIONS = {
 }
 """The paper's four contact situations of the slider (Sec. 2, Fig. 3); opposite: at both walls at once."""
 
-PULSE_POINTS = 20  # least points of a pulse; fewer are joined by a monotone spline
-PULSE_PEAK = 0.01  # largest relative distance of a pulse's peak from that of the event table
-_NOTED = 5  # least points of a contact that a model records, its peak among them
+PULSE_POINTS = 20  # of a pulse at least; a monotone spline joins fewer noted ones
+PULSE_PEAK = 0.01  # relative distance of a pulse's peak from that of the event table at most
+_MIN_POINTS = 5  # points that a model must have noted of a contact, its peak among them
 
 
 @dataclass(frozen=True)
 class Impacts:
-    """Agreement of the contacts of b with those of a; a number is nan where there is nothing to compare.
+    """Agreement of the contacts of b with those of a; nan where there is nothing to compare.
 
     ``pairs`` are the matched rows of both, shape (m, 2); precision and recall the shares of b's and of a's
-    contacts that are matched. Errors of speed and peak force are the largest over the largest value. The
-    error of the total impulse is that of all contacts, the error of the impulse the sum over matched ones,
-    both over the mean of the two totals. Impulses depend less on compliance than peak forces.
+    contacts that are matched. Errors of speed and peak force are the largest over the largest value; that of
+    the total impulse is of all contacts, matched or not, that of the impulse the sum over matched ones, both
+    over the mean of the two totals. Impulses depend less on compliance than peak forces.
     """
 
     pairs: IntArray
@@ -267,7 +267,7 @@ class Impacts:
     peak_force_error: float
 
 
-def places_of(*tables: pd.DataFrame | None) -> list[str]:
+def contact_places(*tables: pd.DataFrame | None) -> list[str]:
     """Return the places of the contacts in event tables: the press's in their order, then others."""
     places = dict.fromkeys(
         place for table in tables if table is not None and len(table) for place in table["corner"]
@@ -282,7 +282,7 @@ def match(a: pd.DataFrame, b: pd.DataFrame, window: float) -> IntArray:
     table to the other's (of two equally near the earlier), and both are at most ``window`` apart.
     """
     matches = [np.empty((0, 2), dtype=np.intp)]
-    for place in places_of(a, b):
+    for place in contact_places(a, b):
         (rows_a, starts_a), (rows_b, starts_b) = starts_at(a, place), starts_at(b, place)
         if rows_a.size and rows_b.size:
             partner = _nearest(starts_a, starts_b)
@@ -294,50 +294,50 @@ def match(a: pd.DataFrame, b: pd.DataFrame, window: float) -> IntArray:
 
 
 def compare_impacts(
-    a: pd.DataFrame, b: pd.DataFrame, window: float, part: tuple[BoolArray, BoolArray] | None = None
+    a: pd.DataFrame, b: pd.DataFrame, window: float, masks: tuple[BoolArray, BoolArray] | None = None
 ) -> Impacts:
     """Compare the contacts of two event tables, matched within a window.
 
-    ``part`` masks the rows to consider. The tables are matched as a whole, and a matched contact is
-    considered if its partner is: none loses its partner at the edge of the part.
+    ``masks`` are the rows to consider. The tables are matched as a whole, and a matched contact is
+    considered if its partner is: none loses its partner at the edge of a mask.
     """
     pairs, events = match(a, b, window), (a, b)
-    part = part or (np.ones(len(a), np.bool_), np.ones(len(b), np.bool_))
-    pairs = pairs[part[0][pairs[:, 0]] | part[1][pairs[:, 1]]]
-    selections = [np.union1d(np.flatnonzero(mask), pairs[:, side]) for side, mask in enumerate(part)]
+    masks = masks or (np.ones(len(a), np.bool_), np.ones(len(b), np.bool_))
+    pairs = pairs[masks[0][pairs[:, 0]] | masks[1][pairs[:, 1]]]
+    row_sets = [np.union1d(np.flatnonzero(mask), pairs[:, side]) for side, mask in enumerate(masks)]
 
     def differences(name: str) -> Array:
         first, second = (_column(table, name)[pairs[:, side]] for side, table in enumerate(events))
         return np.abs(first - second)
 
-    def largest(name: str) -> float:
+    def largest_error(name: str) -> float:
         if not len(pairs):
             return np.nan
-        maxima = (_column(table, name)[rows].max() for table, rows in zip(events, selections, strict=True))
+        maxima = (_column(table, name)[rows].max() for table, rows in zip(events, row_sets, strict=True))
         return _ratio(differences(name).max(), max(maxima))
 
     delays = differences("start")
-    totals = [_column(table, "impulse")[rows].sum() for table, rows in zip(events, selections, strict=True)]
+    totals = [_column(table, "impulse")[rows].sum() for table, rows in zip(events, row_sets, strict=True)]
     mean = sum(totals) / 2
     return Impacts(
         pairs=pairs,
-        count_a=selections[0].size,
-        count_b=selections[1].size,
-        precision=_ratio(len(pairs), selections[1].size),
-        recall=_ratio(len(pairs), selections[0].size),
+        count_a=row_sets[0].size,
+        count_b=row_sets[1].size,
+        precision=_ratio(len(pairs), row_sets[1].size),
+        recall=_ratio(len(pairs), row_sets[0].size),
         largest_delay=float(delays.max()) if delays.size else np.nan,
         median_delay=float(np.median(delays)) if delays.size else np.nan,
-        normal_speed_error=largest("normal_speed"),
+        normal_speed_error=largest_error("normal_speed"),
         total_impulse_error=_ratio(abs(totals[0] - totals[1]), mean),
         impulse_error=_ratio(differences("impulse").sum(), mean) if len(pairs) else np.nan,
-        peak_force_error=largest("peak_force"),
+        peak_force_error=largest_error("peak_force"),
     )
 
 
-def begin_where(events: pd.DataFrame, time: Array, holds: Mapping[str, BoolArray]) -> BoolArray:
-    """Return a mask of the contacts that start between two samples at which their corner's mask is true."""
+def begin_where(events: pd.DataFrame, time: Array, masks: Mapping[str, BoolArray]) -> BoolArray:
+    """Return by row if a contact starts where its corner's mask is true at the samples on either side."""
     begins = np.zeros(len(events), dtype=np.bool_)
-    for place, mask in holds.items():
+    for place, mask in masks.items():
         rows, starts = starts_at(events, place)
         after = np.clip(np.searchsorted(time, starts), 1, time.size - 1)
         begins[rows] = mask[after - 1] & mask[after]
@@ -366,10 +366,10 @@ def time_shares(events: pd.DataFrame, span: tuple[float, float]) -> dict[str, fl
     """Return the share of a span of time that the slider spends in each of the `SITUATIONS`, to round-off."""
     bounds = np.clip(np.column_stack([_column(events, "start"), _column(events, "end")]), *span)
     contacts = {place: bounds[starts_at(events, place)[0]] for place in CORNERS}
-    edges = np.unique(np.concatenate([span, *(intervals.ravel() for intervals in contacts.values())]))
+    edges = np.unique(np.concatenate([span, *(spans.ravel() for spans in contacts.values())]))
     lengths, touches = np.diff(edges) / (span[1] - span[0]), {}  # 1 where a corner touches
-    for place, intervals in contacts.items():
-        starts, ends = (np.searchsorted(np.sort(column), edges[:-1], "right") for column in intervals.T)
+    for place, spans in contacts.items():
+        starts, ends = (np.searchsorted(np.sort(column), edges[:-1], "right") for column in spans.T)
         touches[place] = (starts > ends).astype(np.intp)
     left, right = touches["ll"] + touches["ul"], touches["lr"] + touches["ur"]
     situation = np.where(np.minimum(left, right) > 0, 3, np.maximum(left, right))
@@ -399,18 +399,19 @@ def pulses_of(table: Table) -> list[Pulse]:
         row = int(rows[first])
         time, force = times[first:stop] - starts[row], forces[first:stop]
         # Any error of the forces shows in their peak.
-        if stop - first < _NOTED or not abs(float(force.max()) - peaks[row]) <= PULSE_PEAK * peaks[row] > 0.0:
+        error = abs(float(force.max()) - peaks[row])
+        if stop - first < _MIN_POINTS or not error <= PULSE_PEAK * peaks[row] > 0.0:
             continue
         if time.size < PULSE_POINTS:
             parts = np.linspace(0.0, 1.0, -(-PULSE_POINTS // (time.size - 1)), endpoint=False)
-            closer = np.append((time[:-1, None] + np.diff(time)[:, None] * parts).ravel(), time[-1])
-            time, force = closer, np.maximum(PchipInterpolator(time, force)(closer), 0.0)  # not by rounding
+            grid = np.append((time[:-1, None] + np.diff(time)[:, None] * parts).ravel(), time[-1])
+            time, force = grid, np.maximum(PchipInterpolator(time, force)(grid), 0.0)  # not by rounding
         pulses.append(Pulse(row, time, force))
     return pulses
 
 
 class Parting(NamedTuple):
-    """A contact that separates two groups of runs: its start, s, and the runs of each group that have it."""
+    """A contact that separates two groups of runs: its start, s, and how many runs of each group have it."""
 
     corner: str
     start: float
@@ -423,26 +424,26 @@ def parting_contact(
 ) -> Parting | None:
     """Find the first contact that separates two groups of runs, by their event tables; None without one.
 
-    A run has a contact if one of the same corner starts within `WINDOW`. Contacts after ``until`` (s) are
+    A run has a contact if one of the same corner starts within `WINDOW`. Those after ``until`` (s) are
     consequences.
     """
     partings = []
     window, sizes = WINDOW * period, (len(groups[0]), len(groups[1]))
 
-    def has_start(instants: Array, starts: Array) -> BoolArray:
+    def near(instants: Array, starts: Array) -> BoolArray:
         return np.searchsorted(starts, instants + window) > np.searchsorted(starts, instants - window)
 
-    for corner in places_of(*groups[0], *groups[1]):
+    for corner in contact_places(*groups[0], *groups[1]):
         starts = [[starts_at(events, corner)[1] for events in group] for group in groups]
         candidates = np.concatenate([times for group in starts for times in group])
         candidates = candidates[candidates <= until]
-        one, other = (np.sum([has_start(candidates, times) for times in group], axis=0) for group in starts)
-        differences = np.abs(one / sizes[0] - other / sizes[1])
-        if np.any(differences >= PARTED):
-            # Of all starts of this contact, that which separates the groups best.
-            earliest = candidates[differences >= PARTED].min()
+        one, other = (np.sum([near(candidates, times) for times in group], axis=0) for group in starts)
+        gaps = np.abs(one / sizes[0] - other / sizes[1])
+        if np.any(gaps >= PARTING_SHARE):
+            # The start of this contact that separates the groups best
+            earliest = candidates[gaps >= PARTING_SHARE].min()
             nearby = np.flatnonzero((candidates >= earliest) & (candidates <= earliest + window))
-            k = nearby[differences[nearby].argmax()]
+            k = nearby[gaps[nearby].argmax()]
             partings.append(Parting(corner, float(candidates[k]), (int(one[k]), int(other[k])), sizes))
     return min(partings, key=lambda parting: parting.start, default=None)
 
@@ -460,11 +461,11 @@ def _column(events: pd.DataFrame, name: str) -> Array:
     return events[name].to_numpy(dtype=np.float64) if len(events) else np.empty(0)
 
 
-def _nearest(values: Array, among: Array) -> IntArray:
+def _nearest(values: Array, candidates: Array) -> IntArray:
     """Return for each value the position of the nearest in an increasing array; of two the earlier."""
-    after = np.searchsorted(among, values)
-    bounded = np.concatenate([[-np.inf], among, [np.inf]])
-    return np.where(values - bounded[after] <= bounded[after + 1] - values, after - 1, after)
+    after = np.searchsorted(candidates, values)
+    neighbours = np.concatenate([[-np.inf], candidates, [np.inf]])
+    return np.where(values - neighbours[after] <= neighbours[after + 1] - values, after - 1, after)
 
 
 def _ratio(part: float, whole: float) -> float:

@@ -73,7 +73,7 @@ def run(
         from comparison.files import check_file
         from comparison.scene import load_scene, parse_set
         from comparison.tables.table_files import check_format, companions, write
-        from comparison.words.accuracy import accuracy_line, cost_before, expectation, unmeasured
+        from comparison.words.accuracy import accuracy_line, cost_before, expectation, unmeasured_note
 
         check_format(out)
         out = check_file(out)
@@ -106,7 +106,7 @@ def run(
             say_wrapped(accuracy_line(result), rest="  ")
             table = result.with_uncertainty() if check else result.table
             code = 0 if result.kept else NOT_REACHED
-        elif accuracy is None and (note := unmeasured(forecast(setup, model))):
+        elif accuracy is None and (note := unmeasured_note(forecast(setup, model))):
             say(f"sixbar: {note}", err=True)
         warn(quality_warnings(table))
         record |= {"reliability": setup.reliability.model_dump()}

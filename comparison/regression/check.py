@@ -15,7 +15,7 @@ import numpy as np
 
 from comparison.accuracy.levels import thresholds, thresholds_record
 from comparison.execution.run import Job, Outcome, Progress, run_all
-from comparison.metrics import scaled
+from comparison.metrics import scaled_value
 from comparison.models import platform_name, versions
 from comparison.regression.record import (
     CONFIRMING,
@@ -221,7 +221,9 @@ def _deviation(channel: Channel, points: Sequence[Checkpoint], table: Table, sce
     extent = float(np.ptp([*curve, *before]))
     if np.ptp(curve) < channel.floor:  # a constant has no range
         extent = max(extent, float(np.abs(before).max()))
-    shares = [scaled(float(distance[n]), channel.scale_value(scene.data, extent)) for n in (first, largest)]
+    shares = [
+        scaled_value(float(distance[n]), channel.scale_value(scene.data, extent)) for n in (first, largest)
+    ]
     numbers |= {"share": shares[0], "largest": shares[1], "peak": float(time[largest])}
     numbers["unit"] = channel.unit
     numbers |= {"count": int(outside.sum()), "points": len(points)}

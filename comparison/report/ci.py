@@ -12,17 +12,17 @@ from comparison.formatting import table
 from comparison.words.record import Case
 
 MOST = 200
-"""Most failed checks in a summary: GitHub shows none larger than 1 MiB."""
+"""Most failed checks in a summary: GitHub shows no summary larger than 1 MiB."""
 _CHILD = {"failed": "failure", "error": "error", "skipped": "skipped"}
 _SIGNS = {"failed": "✗", "error": "!"}
 # Characters that XML 1.0 excludes (section 2.2), escaped or not; a message may quote any of them.
 _NO_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-# Also addresses, which GitHub makes links of. An underscore within a word is one.
+# Addresses, too: GitHub makes links of them. An underscore within a word stays.
 _MARKUP = re.compile(r"[\\`*\[\]~]|(?<![^\W_])_|_(?![^\W_])|(?<=http):|(?<=https):|(?<!\S)[#@](?=\S)")
 
 
 def write_junit(cases: Sequence[Case], path: Path, *, name: str) -> None:
-    """Write checks as JUnit XML that every viewer reads; suites are in order of their first case."""
+    """Write checks as JUnit XML that every viewer reads; suites are in the order of their first case."""
 
     def element(parent: ET.Element | None, tag: str, inside: Sequence[Case] = (), **texts: str) -> ET.Element:
         status = Counter(case.status for case in inside)
@@ -59,16 +59,16 @@ def write_job_summary(
     cases: Sequence[Case],
 ) -> None:
     """Write the Markdown summary: sentences, table of verdicts, at most `MOST` failed checks."""
-    failed = [
+    failures = [
         (case.suite, case.group, case.name, f"{_SIGNS[case.status]} {case.message}")
         for case in cases
         if case.status in _SIGNS
     ]
     parts = [f"# {_markdown(title)}", *map(_markdown, sentences), _table(headings, rows)]
-    if failed:
-        parts += ["## Failed checks", _table(("scene", "what", "item", "result"), failed[:MOST])]
-    if len(failed) > MOST:
-        parts.append(f"{len(failed) - MOST} more failed checks are omitted.")
+    if failures:
+        parts += ["## Failed checks", _table(("scene", "what", "item", "result"), failures[:MOST])]
+    if len(failures) > MOST:
+        parts.append(f"{len(failures) - MOST} more failed checks are omitted.")
     write_text("\n\n".join(parts) + "\n", path)
 
 
@@ -77,6 +77,6 @@ def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def _markdown(text: str) -> str:
-    """Return a text in one line, with the characters escaped that HTML or Markdown would interpret."""
-    plain = html.escape(" ".join(text.split()), quote=False)
-    return _MARKUP.sub(r"\\\g<0>", plain)
+    """Return a text in one line, with an escape before characters that HTML or Markdown interpret."""
+    line = html.escape(" ".join(text.split()), quote=False)
+    return _MARKUP.sub(r"\\\g<0>", line)

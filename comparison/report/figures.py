@@ -26,22 +26,22 @@ from comparison.words.verdicts import threshold_name
 if TYPE_CHECKING:
     from comparison.accuracy.work_precision import WorkPrecision
 
-_CROSSES = 80  # most crosses that remain distinguishable
+_CROSSES = 80  # most crosses that a reader can distinguish
 _LONGEST = 24  # most letters of a name in a legend
 _COLUMNS = 1200  # columns of a picture's curve: enough to be enlarged three times
 
 
 def channel_figure(scene: SceneComparison, channel: ChannelComparison, key: str) -> Markup:
-    """Draw a channel of two samples or more: both models, and below them their difference."""
+    """Draw a channel with at least two samples: both models, and below them their difference."""
     with svg.style():
         figure = Figure(layout="constrained")
         figure.set_figheight(3.3)
         upper, lower = figure.subplots(2, 1, sharex=True)
         zero = guide_of(channel.channel, scene.scene)
-        named = "x − guide" if zero else channel.label.partition(",")[0].removeprefix("slider ")
+        title = "x − guide" if zero else channel.label.partition(",")[0].removeprefix("slider ")
         curves = [each.less(zero) for each in scene_lines(scene, channel)]
-        least = least_range(channel.definition, scene.scene, common_extremes(curves))
-        _curves(upper, curves, named, channel.unit, least)
+        min_range = least_range(channel.definition, scene.scene, common_extremes(curves))
+        _curves(upper, curves, title, channel.unit, min_range)
         upper.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
         _difference(lower, channel)
         shades = svg.spans(~channel.predictable, channel.time)
@@ -52,8 +52,8 @@ def channel_figure(scene: SceneComparison, channel: ChannelComparison, key: str)
             place: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "ncols": 4}
             legend = axes.legend(borderaxespad=0.2, **place)
             if axes is upper:
-                cut = [name if len(name) <= _LONGEST else f"{name[: _LONGEST - 1]}…" for name in scene.labels]
-                svg.name_curves(legend, cut)
+                names = [s if len(s) <= _LONGEST else f"{s[: _LONGEST - 1]}…" for s in scene.labels]
+                svg.name_curves(legend, names)
         lower.set_xlim(channel.time[0], channel.time[-1])
         lower.xaxis.set_major_locator(MaxNLocator(8, steps=[1, 2, 2.5, 5, 10]))
         lower.set_xlabel("time (s)", labelpad=2)
@@ -62,40 +62,40 @@ def channel_figure(scene: SceneComparison, channel: ChannelComparison, key: str)
 
 
 def _curves(
-    axes: Axes, curves: Sequence[Line], name: str, unit: str, least: float, columns: int = svg.COLUMNS
+    axes: Axes, curves: Sequence[Line], name: str, unit: str, min_range: float, columns: int = svg.COLUMNS
 ) -> float:
-    """Draw one curve or two, on an axis of a least range; return the divisor of the values."""
+    """Draw one curve or two, on an axis of at least a range; return the divisor of the values."""
     low, high = common_extremes(curves)
-    factor, scaled = prefix(max(abs(low), abs(high), least), unit)
+    factor, scaled_unit = prefix(max(abs(low), abs(high), min_range), unit)
     for n, (each, style) in enumerate(zip(curves, svg.MODEL_LINES, strict=False)):
-        kept = svg.envelope(each.values, columns)
-        axes.plot(each.time[kept], each.values[kept] / factor, label=f"model {n}", **style)
+        rows = svg.envelope(each.values, columns)
+        axes.plot(each.time[rows], each.values[rows] / factor, label=f"model {n}", **style)
         if each.peak.size:  # one path with gaps for all contacts
             stems = svg.upper_envelope(each.peak, columns)
             time, gap = each.peak_time[stems], np.full(stems.size, np.nan)
             heights = np.column_stack([np.zeros(stems.size), each.peak[stems] / factor, gap])
             axes.plot(np.column_stack([time, time, gap]).ravel(), heights.ravel(), **style)
     axes.margins(y=0.06)
-    if high - low < least:
-        axes.set_ylim(*((low + high + side * 1.12 * least) / (2 * factor) for side in (-1, 1)))
-    axes.set_ylabel(f"{name}\n({scaled})" if scaled else name, parse_math=False)
+    if high - low < min_range:
+        axes.set_ylim(*((low + high + side * 1.12 * min_range) / (2 * factor) for side in (-1, 1)))
+    axes.set_ylabel(f"{name}\n({scaled_unit})" if scaled_unit else name, parse_math=False)
     return factor
 
 
 def _difference(axes: Axes, channel: ChannelComparison) -> None:
-    """Plot |difference|, the largest of each column, its threshold, and crosses where it is beyond."""
+    """Plot |difference|, the largest of each column, its threshold, and crosses beyond the threshold."""
     time, size, threshold = channel.time, channel.size, channel.threshold
     name = "|difference| within time tolerance" if channel.time_tolerance else "|difference|"
     edge = svg.envelope(size if threshold is None else threshold)
-    kept = svg.upper_envelope(size)
-    shown = size[kept] if threshold is None else np.concatenate([size[kept], threshold[edge]])
-    # Two decades at least, and no more than the sixteen of double precision.
-    positive = shown[shown > 0.0]
+    rows = svg.upper_envelope(size)
+    values = size[rows] if threshold is None else np.concatenate([size[rows], threshold[edge]])
+    # At least two decades, and at most the sixteen of double precision.
+    positive = values[values > 0.0]
     high = float(positive.max(initial=channel.definition.floor)) if positive.size else 1.0
     low = max(float(positive.min()) if positive.size else 0.1, high * 1e-16)
     axes.set_yscale("log", nonpositive="clip")
     axes.set_ylim(min(low, high / 100) / 2.5, high * 4)
-    axes.plot(time[kept], size[kept], color=svg.DIFFERENCE, label=name)
+    axes.plot(time[rows], size[rows], color=svg.DIFFERENCE, label=name)
     if threshold is not None:
         line: dict[str, Any] = {"color": svg.THRESHOLD, "lw": 1.2, "dashes": (3.5, 1.2, 1, 1.2)}
         axes.plot(time[edge], threshold[edge], label=threshold_name(channel), **line)
@@ -105,7 +105,7 @@ def _difference(axes: Axes, channel: ChannelComparison) -> None:
         axes.plot(time[marks], size[marks], "x", color=svg.OUTSIDE, ms=4, label="beyond")
     axes.yaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_locator(LogLocator(numticks=6))
-    # Powers as plain text: laid out as mathematics they took half of the time of a drawing.
+    # Powers are plain text: as mathematics they take half of the time of a drawing.
     axes.yaxis.set_major_formatter(lambda value, _: decade(value) if value > 0 else "")
     unit = pretty_unit(channel.unit)
     axes.set_ylabel(f"|difference|\n({unit})" if unit else "|difference|", parse_math=False)
@@ -129,21 +129,21 @@ def picture(
 ) -> Picture:
     """Draw channels of one table or two (by label) from start to end (s), a panel each, errors shaded."""
     low, high = -np.inf if start is None else start, np.inf if end is None else end
-    parts = {
+    sections = {
         label: replace(table, frame=table.frame[table.frame["time"].between(low, high)])
         for label, table in tables.items()
     }
-    for label, part in parts.items():
+    for label, part in sections.items():
         if len(part.frame) < 2:
             time = tables[label].time
-            its = f"{time.min(initial=np.inf):g} s to {time.max(initial=-np.inf):g} s"
-            raise TableError(f"{label}: fewer than two samples are shown; its time is {its}")
+            span = f"{time.min(initial=np.inf):g} s to {time.max(initial=-np.inf):g} s"
+            raise TableError(f"{label}: fewer than two samples are shown; its time is {span}")
     with svg.style():
         figure = Picture(layout="constrained")
         figure.set_figheight(max(2.2, 1.35 * len(names) + 0.8))
         axes = list(figure.subplots(len(names), 1, sharex=True, squeeze=False).flat)
         for panel, name in zip(axes, names, strict=True):
-            _panel(panel, name, parts, (low, high))
+            _panel(panel, name, sections, (low, high))
         axes[-1].set_xlabel("time (s)")
         figure.align_ylabels(axes)
         if len(tables) > 1:
@@ -158,23 +158,23 @@ def _panel(panel: Axes, name: str, tables: Mapping[str, Table], span: tuple[floa
             others = ", ".join(table.channels)
             raise TableError(f"{label}: channel {name!r} is missing; --channels names others: {others}")
     first = next(iter(tables.values()))
-    known, known_scene = first.definitions.get(name.removesuffix(UNCERTAINTY)), first.scene
-    scene = None if known_scene is None else known_scene.data
-    title = known.label.replace(", ", ",\n") if known else name
-    if known and known.name != name:
+    definition, table_scene = first.definitions.get(name.removesuffix(UNCERTAINTY)), first.scene
+    scene = None if table_scene is None else table_scene.data
+    title = definition.label.replace(", ", ",\n") if definition else name
+    if definition and definition.name != name:
         title = f"estimated error of {title}"
     if zero := guide_of(name, scene):
         title = "slider x − guide"
     curves = [table_line(table, name).within(*span).less(zero) for table in tables.values()]
-    least = least_range(first.definitions.get(name), scene, common_extremes(curves))
-    factor = _curves(panel, curves, title, known.unit if known else "", least, _COLUMNS)
+    min_range = least_range(first.definitions.get(name), scene, common_extremes(curves))
+    factor = _curves(panel, curves, title, definition.unit if definition else "", min_range, _COLUMNS)
     for table, style in zip(tables.values(), svg.MODEL_LINES, strict=False):
         if name + UNCERTAINTY in table.frame:
             values, u = table.values(name) - zero, table.values(name + UNCERTAINTY)
             low, high = (values - u) / factor, (values + u) / factor
-            kept = np.union1d(svg.envelope(low, _COLUMNS), svg.envelope(high, _COLUMNS))
+            rows = np.union1d(svg.envelope(low, _COLUMNS), svg.envelope(high, _COLUMNS))
             panel.fill_between(
-                table.time[kept], low[kept], high[kept], color=style["color"], alpha=0.25, lw=0
+                table.time[rows], low[rows], high[rows], color=style["color"], alpha=0.25, lw=0
             )
 
 
@@ -211,25 +211,25 @@ def against_angle(quantities: dict[str, Difference], labels: tuple[str, str]) ->
     return figure
 
 
-def draw_work_precision(measured: "WorkPrecision", path: Path) -> Path:
-    """Draw processor time over error for each formulation, and the Pareto front; omit runs without either."""
+def draw_work_precision(result: "WorkPrecision", path: Path) -> Path:
+    """Draw processor time over error for each formulation, and the Pareto front; omit runs without error."""
 
     def points(rows: Sequence[Any]) -> list[tuple[float, float]]:
-        return [(measured.error(row), row.seconds) for row in rows if measured.error(row) > 0.0]
+        return [(result.error(row), row.seconds) for row in rows if result.error(row) > 0.0]
 
     with svg.panels(path) as (axes,):
         axes.set(
             xscale="log", yscale="log", xlabel="largest error of slider x (m)", ylabel="processor time (s)"
         )
-        if front := points(measured.front):
+        if front := points(result.front):
             axes.plot(*zip(*front, strict=True), color=svg.SHADE, lw=5, label="Pareto front")
         for formulation, mark in {"minimal": "o", "multiplier": "s", "tree": "^", "full": "D"}.items():
-            rows = [row for row in measured.rows if row.candidate.formulation == formulation]
-            if shown := sorted(points(rows), key=lambda point: point[1]):
+            rows = [row for row in result.rows if row.candidate.formulation == formulation]
+            if coordinates := sorted(points(rows), key=lambda point: point[1]):
                 model = rows[0].candidate.model
                 colour = svg.FIRST if model == MODELS[0] else svg.SECOND
                 style: dict[str, Any] = {"color": colour, "marker": mark, "mfc": "none", "ms": 4}
-                axes.plot(*zip(*shown, strict=True), label=f"{model}, {formulation}", **style)
+                axes.plot(*zip(*coordinates, strict=True), label=f"{model}, {formulation}", **style)
         axes.margins(0.04)  # the outermost marks whole
         axes.xaxis.set_major_locator(LogLocator(numticks=6))
         axes.invert_xaxis()

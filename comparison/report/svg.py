@@ -1,6 +1,6 @@
 """Figures of matplotlib as SVG in the colours of a page, and curves thinned to the resolution of a figure.
 
-It is imported by what draws: a page whose drawings are stored needs none of it.
+Only drawings import it: a page with stored drawings does not need it.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 STYLE = Path(__file__).with_name("assets") / "sixbar.mplstyle"
 COLUMNS = 400
 """Columns of a figure: about its width in points."""
-# Figures have the colours of a light page, from the first rule of its style sheet; on a page roles
-# replace them, which have other colours in dark mode.
+# Figures have the colours of a light page, from the first rule of its style sheet. On a page, roles
+# replace these; in dark mode roles have other colours.
 _ROLES: dict[str, str] = dict(
     re.findall(
         r"--([\w-]+): (#[0-9a-f]{6})", STYLE.with_name("report.css").read_text("utf-8").partition("}")[0]
@@ -38,19 +38,19 @@ INK, GRID, FIRST, SECOND = (_ROLES[role] for role in ("ink", "grid", "first", "s
 DIFFERENCE, THRESHOLD, SHADE = (_ROLES[role] for role in ("difference", "threshold", "shade"))
 OUTSIDE, LIMIT = _ROLES["outside"], _ROLES["limit"]
 SERIES = tuple(_ROLES[f"series-{n}"] for n in range(1, 7))
-"""Colours of scenes, laws, classes (not of models), as many as can be distinguished."""
+"""Colours of scenes, laws, classes (not of models), as many as a reader can distinguish."""
 _IN_FIGURES = (INK, GRID, FIRST, SECOND, THRESHOLD, SHADE, OUTSIDE, LIMIT, *SERIES)
 MODEL_LINES: tuple[dict[str, Any], ...] = (
     {"color": FIRST, "lw": 3.6, "alpha": 0.5},
     {"color": SECOND, "lw": 1.2},
 )
 """Curves of the first and the second model over each other: a thin line on a wide one shows both where they
-coincide, which dashes on a solid line of another colour do not: they look grey."""
+coincide; dashes on a solid line of another colour look grey there."""
 SERIES_LINES: tuple[dict[str, Any], ...] = tuple(
     {"color": colour, "lw": width}
     for colour, width in zip(SERIES, (2.4, 1.9, 1.5, 1.1, 0.9, 0.8), strict=True)
 )
-"""Curves of `SERIES` over each other; those drawn first are the widest, and stay visible."""
+"""Curves of `SERIES` over each other; the first ones are the widest, and stay visible."""
 
 
 @contextmanager
@@ -86,7 +86,7 @@ def legend_above(axes: Axes, columns: int = 4) -> None:
 
 
 def name_curves(legend: Legend, names: Sequence[str]) -> None:
-    """Write names into a legend as they are: to a label "$x" is mathematics, and "_x" not in a legend."""
+    """Write plain names into a legend: in a label "$x" is mathematics, and "_x" does not appear."""
     for text, name in zip(legend.get_texts(), names, strict=True):
         text.set_parse_math(False)
         text.set_text(name)
@@ -103,11 +103,11 @@ def inline_svg(figure: Figure, key: str) -> str:
     text = StringIO()
     with mpl.rc_context({"svg.hashsalt": key}):  # `Figure.savefig` would draw it twice
         canvas = FigureCanvasSVG(figure)
-        kept_out = dict.fromkeys(("Creator", "Date", "Format", "Type"))
-        canvas.print_svg(text, metadata=kept_out)  # type: ignore[no-untyped-call]
+        metadata = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+        canvas.print_svg(text, metadata=metadata)  # type: ignore[no-untyped-call]
     svg = re.sub(r"<\?xml.*?\?>|<!DOCTYPE.*?>|<!--.*?-->", "", text.getvalue(), flags=re.DOTALL)
     svg = re.sub(r'<g id="[^"]*"', "<g", svg)  # matplotlib numbers them alike in every figure
-    # A hundredth of a point is less than anyone sees; the texts between tags stay whole.
+    # A hundredth of a point is invisible; texts between tags stay whole.
     svg = re.sub(r"<[^>]*>", lambda tag: re.sub(r"(\.\d\d)\d+", r"\1", tag[0]), svg)
     for role, colour in _ROLES.items():
         if colour in _IN_FIGURES and role != "difference":  # it has the colour of the ink
@@ -116,7 +116,7 @@ def inline_svg(figure: Figure, key: str) -> str:
 
 
 def standalone(svg: str) -> str:
-    """Return an inline figure as a file on white; only browsers know the variables that stand for colours."""
+    """Return an inline figure as a file on white, with colours for the variables that only browsers know."""
     head = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
     text = str(svg).replace("<svg ", f'{head}style="background:#fff" ', 1) + "\n"
     return re.sub(r"var\(--([\w-]+)\)", lambda match: _ROLES[match[1]], text)
@@ -130,15 +130,15 @@ def write_svg(figure: Figure, path: Path) -> None:
 def envelope(values: Array, columns: int = COLUMNS) -> NDArray[np.intp]:
     """Return the indices of the first smallest and first largest sample of each column, and both ends.
 
-    If there are at most two samples a column, all are kept. Plain decimation would drop forces of one sample.
+    With at most two samples a column it has all indices. Plain decimation would drop forces of one sample.
     """
     n = len(values)
     if n <= 2 * columns:
         return np.arange(n)
-    kept = [0, n - 1]
+    indices = [0, n - 1]
     for start, block in _blocks(values, columns):
-        kept += [start + int(np.argmin(block)), start + int(np.argmax(block))]
-    return np.unique(kept)
+        indices += [start + int(np.argmin(block)), start + int(np.argmax(block))]
+    return np.unique(indices)
 
 
 def upper_envelope(values: Array, columns: int = COLUMNS) -> NDArray[np.intp]:
@@ -154,10 +154,10 @@ def _blocks(values: Array, columns: int) -> Iterator[tuple[int, Array]]:
 
 
 def spans(mask: BoolArray, time: Array, columns: int = COLUMNS) -> list[tuple[float, float]]:
-    """Return the disjoint time intervals in which the mask holds, for shading.
+    """Return the disjoint time intervals in which the mask is true, for shading.
 
-    Each sample stands for the time half-way to its neighbours. An interval narrower than a column is widened
-    to one, to remain visible, and intervals that then touch are merged.
+    Each sample stands for the time half-way to its neighbours. An interval narrower than a column gets its
+    width, to be visible; intervals that then touch are merged.
     """
     if not mask.any():
         return []
@@ -165,13 +165,13 @@ def spans(mask: BoolArray, time: Array, columns: int = COLUMNS) -> list[tuple[fl
     left, right = np.append(time[0], middle), np.append(middle, time[-1])
     change = np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8))
     first, last = np.flatnonzero(change == 1), np.flatnonzero(change == -1) - 1
-    least = (time[-1] - time[0]) / columns
-    joined: list[tuple[float, float]] = []
+    width = (time[-1] - time[0]) / columns
+    intervals: list[tuple[float, float]] = []
     for start, end in zip(left[first], right[last], strict=True):
-        missing = max(0.0, least - (end - start)) / 2
-        low, high = max(time[0], start - missing), min(time[-1], end + missing)
-        if joined and low <= joined[-1][1]:
-            joined[-1] = (joined[-1][0], high)
+        gap = max(0.0, width - (end - start)) / 2
+        low, high = max(time[0], start - gap), min(time[-1], end + gap)
+        if intervals and low <= intervals[-1][1]:
+            intervals[-1] = (intervals[-1][0], high)
         else:
-            joined.append((float(low), float(high)))
-    return joined
+            intervals.append((float(low), float(high)))
+    return intervals

@@ -9,14 +9,14 @@ import numpy as np
 from markupsafe import Markup
 
 from comparison.formatting import MISSING, NO_BREAK, number, percent, pretty_unit, quantity
-from comparison.metrics import SITUATIONS, places_of
+from comparison.metrics import SITUATIONS, contact_places
 from comparison.reliability.assessment import ROUNDING, Difference
 from comparison.report.svg import spans
 from comparison.scene.keys import flat
 from comparison.tables.channels import CONTACTS
 from comparison.verdict.results import ChannelComparison, SceneComparison
-from comparison.words.reliability import limit, rounded
-from comparison.words.since import Since, moved
+from comparison.words.reliability import format_reliability, limit
+from comparison.words.since import Since, change_text
 from comparison.words.verdicts import SYMBOLS, until
 
 Cells = list[tuple[str, str, str]]
@@ -55,21 +55,21 @@ def _verdict(verdict: str) -> Cells:
 
 
 def channel_table(scene: SceneComparison) -> Table | None:
-    """Return a row per excited channel with the numbers that its verdict rests on."""
+    """Return a row per excited channel with the numbers that decide its verdict."""
     excited = scene.excited
-    judged = next((each for each in excited.values() if each.threshold is not None), None)
-    known = any(each.u is not None for each in excited.values() if each.threshold is not None)
-    limit = f"{judged.limits.k:g}u" if judged and known else "tolerance"
+    example = next((each for each in excited.values() if each.threshold is not None), None)
+    has_u = any(each.u is not None for each in excited.values() if each.threshold is not None)
+    limit = f"{example.limits.k:g}u" if example and has_u else "tolerance"
     rows, titles = {}, {}
     for name, channel in excited.items():
         cells = _verdict(channel.verdict)
-        if judged:
-            cells.append((judged.ratio_name, "", number(channel.ratio, 2)))
-            if known:
+        if example:
+            cells.append((example.ratio_name, "", number(channel.ratio, 2)))
+            if has_u:
                 coverage = percent(channel.coverage, channel.coverage_error)
                 cells.append(("Until (s)", "", until(channel)))
                 cells.append(("Share of samples", "predictable", coverage))
-            within = f"of these ≤ {limit}" if known else "within"
+            within = f"of these ≤ {limit}" if has_u else "within"
             cells += [
                 ("Share of samples", within, percent(channel.explained)),
                 ("Worst sample", "|E|", quantity(channel.worst_size, channel.unit)),
@@ -78,8 +78,8 @@ def channel_table(scene: SceneComparison) -> Table | None:
             ]
         cells.append(("|E| over the whole run", "largest", quantity(channel.max_difference, channel.unit)))
         cells.append(("|E| over the whole run", "RMS", quantity(channel.rms_difference, channel.unit)))
-        if judged:
-            cells.append(("Predictable, over time" if known else "Beyond, over time", "", _strip(channel)))
+        if example:
+            cells.append(("Predictable, over time" if has_u else "Beyond, over time", "", _strip(channel)))
         rows[name] = cells
         titles[name] = f"{channel.label} ({pretty_unit(channel.unit)})".removesuffix(" ()")
     return _table("Channel", rows, titles)
@@ -90,7 +90,7 @@ def since_table(since: Since) -> Table | None:
     headings = ("Verdict", "|E|/limit", "Predictable")
     rows: dict[str, Cells] = {
         ", ".join(filter(None, move[:3])): [
-            (heading, "", moved(before, now))
+            (heading, "", change_text(before, now))
             for heading, before, now in zip(headings, move.before, move.now, strict=True)
         ]
         for move in since.moves
@@ -99,7 +99,7 @@ def since_table(since: Since) -> Table | None:
 
 
 def _strip(channel: ChannelComparison) -> Markup:
-    """Return a cell that shows over the run where a channel is beyond and where it is not predictable."""
+    """Return a cell that marks the times at which a channel is beyond, or not predictable."""
     time, layers = channel.time, []
     start, span = float(time[0]), float(time[-1] - time[0])
     for colour, mask in {"--outside": channel.beyond, "--shade": ~channel.predictable}.items():
@@ -115,7 +115,7 @@ def _strip(channel: ChannelComparison) -> Markup:
 
 
 def attribution_table(scene: SceneComparison) -> Table | None:
-    """Return the share of the difference that each refinement, and both, leave; None without one."""
+    """Return the share of the difference that remains after each refinement, and after both, or None."""
     result = scene.attribution
     rows: dict[str, Cells] = {}
     for key, change in zip("ab", result.refinements if result.remaining else (), strict=False):
@@ -127,33 +127,33 @@ def attribution_table(scene: SceneComparison) -> Table | None:
         ]
     if rows:
         gain = min(change.gain for change in result.refinements)
-        left = percent(result.remaining["both"])
-        rows["both"] = [("", "", left), ("", "", percent(1.0 / gain)), ("", "", ""), ("", "", "")]
+        remainder = percent(result.remaining["both"])
+        rows["both"] = [("", "", remainder), ("", "", percent(1.0 / gain)), ("", "", ""), ("", "", "")]
     return _table("Refined", rows)
 
 
 def contact_tables(scene: SceneComparison) -> tuple[Table | None, Table | None]:
-    """Return a row per corner (or pin) and one for all: of its contacts, and of the first; None of none."""
-    names = places_of(*scene.events)
+    """Return two tables, of all contacts and of the first ones: a row per corner or pin, and one for all."""
+    names = contact_places(*scene.events)
     places = {CONTACTS.get(place, place): [place] for place in names} | ({"all": names} if names else {})
     rows, first = dict[str, Cells](), dict[str, Cells]()
-    events = [own if own is None else own.assign(duration=own["end"] - own["start"]) for own in scene.events]
-    for name, among in places.items():
-        sides = [own if own is None else own[own["corner"].isin(among)] for own in events]
-        counts = [MISSING if own is None else str(len(own)) for own in sides]
+    events = [e if e is None else e.assign(duration=e["end"] - e["start"]) for e in scene.events]
+    for name, corners in places.items():
+        sides = [e if e is None else e[e["corner"].isin(corners)] for e in events]
+        counts = [MISSING if e is None else str(len(e)) for e in sides]
         rows[name] = [("Number", *cell) for cell in zip(scene.labels, counts, strict=True)]
         for heading, (key, statistic, unit) in _CONTACTS.items():
-            values = [nan if own is None else float(own[key].agg(statistic)) for own in sides]
+            values = [nan if e is None else float(e[key].agg(statistic)) for e in sides]
             texts = [quantity(value, unit) for value in values]
             rows[name] += [(heading, *cell) for cell in zip(scene.labels, texts, strict=True)]
-        times = [nan if own is None else float(own["start"].min()) for own in sides]
+        times = [nan if e is None else float(e["start"].min()) for e in sides]
         texts = [*(quantity(time, "s", 6) for time in times), quantity(times[0] - times[1], "s")]
         first[name] = [("Start", *cell) for cell in zip((*scene.labels, "difference"), texts, strict=True)]
     return _table("Where", rows), _table("First contact", first)
 
 
 def impact_table(scene: SceneComparison) -> Table | None:
-    """Return a row for all contacts and one for the predictable part; None where none can be matched."""
+    """Return a row for all contacts and one for the predictable part; None without contacts to match."""
     a, b = scene.labels
     parts = scene.impacts or {}
     if not any(impacts.count_a or impacts.count_b for impacts in parts.values()):
@@ -179,12 +179,12 @@ def impact_table(scene: SceneComparison) -> Table | None:
 
 
 def situation_table(scene: SceneComparison) -> Table | None:
-    """Return the time share of each contact situation; None where unknown."""
+    """Return the time share of each contact situation; None if unknown."""
     sides = list(zip(scene.labels, scene.situations, strict=True))
-    known = SITUATIONS if scene.situations != (None, None) else {}
+    situations = SITUATIONS if scene.situations != (None, None) else {}
     rows: dict[str, Cells] = {
         words: [(label, "", _share(side[key] if side else None)) for label, side in sides]
-        for key, words in known.items()
+        for key, words in situations.items()
     }
     return _table("Situation", rows)
 
@@ -195,7 +195,7 @@ def _share(share: float | None) -> str:
 
 
 def reliability_tables(scene: SceneComparison) -> tuple[Table | None, Table | None]:
-    """Return both models' smallest reliability, share within the limits and difference; and intervals."""
+    """Return two tables: smallest reliability, share within the limits and difference; and intervals."""
     a, b = scene.labels
     rows: dict[str, Cells] = {}
     intervals: dict[str, Cells] = {}
@@ -211,8 +211,8 @@ def reliability_tables(scene: SceneComparison) -> tuple[Table | None, Table | No
         row = f"{name}, {limit(difference.a)}"
         rows[row] = [
             *_verdict(difference.verdict),
-            ("Smallest reliability R", a, rounded(difference.a.minimum)),
-            ("Smallest reliability R", b, rounded(difference.b.minimum)),
+            ("Smallest reliability R", a, format_reliability(difference.a.minimum)),
+            ("Smallest reliability R", b, format_reliability(difference.b.minimum)),
             ("Smallest reliability R", "at", ", ".join(dict.fromkeys(at))),
             ("Difference of R", "value", number(difference.minimum, 2)),
             ("Difference of R", "±", half),
@@ -237,13 +237,13 @@ def _curves(difference: Difference) -> Markup:
     """Return a cell with both models' reliability over the crank cycle, the cap at the top."""
     curves = {"first": difference.a.reliability, "second": difference.b.reliability}
     low = min(float(curve.min()) for curve in curves.values())
-    highest = max(difference.a.cap, *(float(curve.max()) for curve in curves.values()))
-    span = max(highest - low, 10 * ROUNDING)  # nothing can be concluded from less
+    top = max(difference.a.cap, *(float(curve.max()) for curve in curves.values()))
+    span = max(top - low, 10 * ROUNDING)  # less shows nothing
     paths = []
     for model, curve in curves.items():
-        curve = curve.repeat(2) if curve.size == 1 else curve  # a run that is within one interval
+        curve = curve.repeat(2) if curve.size == 1 else curve  # a run within one interval
         places = 1000 * np.arange(curve.size) / (curve.size - 1)
-        heights = 0.5 + 9 * (highest - curve) / span
+        heights = 0.5 + 9 * (top - curve) / span
         path = "M" + "L".join(f"{x:.0f} {y:.1f}" for x, y in zip(places, heights, strict=True))
         paths.append(Markup('<path class="{}" d="{}"/>').format(model, path))
     attributes = 'class="curves" viewBox="0 0 1000 10" preserveAspectRatio="none" aria-hidden="true"'
@@ -251,7 +251,7 @@ def _curves(difference: Difference) -> Markup:
 
 
 def information_table(scene: SceneComparison) -> Table | None:
-    """Return common measures of similarity, to two digits: further ones depend on the sampling."""
+    """Return common measures of similarity, to two digits: further digits depend on the sampling."""
     rows = {
         name: [
             ("Peak, second − first", "value", quantity(c.metrics["peak_difference"], c.unit)),
@@ -268,18 +268,18 @@ def information_table(scene: SceneComparison) -> Table | None:
 def pairs(values: Mapping[str, Any] | None) -> str:
     """Return "steps 123,456, tolerance 1e-10"."""
 
-    def plain(value: object) -> str:
+    def text(value: object) -> str:
         if isinstance(value, bool):
             return "yes" if value else "no"
         if isinstance(value, int):
             return f"{value:,}"
         return f"{value:.6g}" if isinstance(value, float) else str(value)
 
-    return ", ".join(f"{key} {plain(value)}" for key, value in (values or {}).items()) or MISSING
+    return ", ".join(f"{key} {text(value)}" for key, value in (values or {}).items()) or MISSING
 
 
 def version_lines(provenance: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Return one line for each set of versions and platform, naming the runs that share it."""
+    """Return one line for each set of versions and platform, with the runs that share it."""
     lines: dict[str, list[str]] = {}
     for name, run in provenance.items():
         parts = [f"{package} {version}" for package, version in (run.get("versions") or {}).items()]

@@ -2,8 +2,8 @@
 
 Coverage and RMS depend on where the samples are: most contacts are shorter than the distance of two. Their
 errors are estimated as those of a quadrature of first order, from the same runs judged on every second and
-every fourth sample: three times the larger change, of which that on every fourth is halved (two grids
-after Roache).
+every fourth sample: three times the larger change, where that on every fourth counts half (two grids after
+Roache).
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,7 +22,7 @@ from comparison.scene import Scene, SceneError, scene_from_mapping
 from comparison.tables.align import Alignment, align, cut, holes, isolation, unwrap
 from comparison.tables.channels import Array, expected
 from comparison.tables.table import Table, TableError, check, slacks
-from comparison.verdict.channel import NO_CRITERIA, Criteria, Samples, apply_gate, between, compare_channel
+from comparison.verdict.channel import NO_CRITERIA, Criteria, Samples, apply_gate, compare_channel, extrema_of
 from comparison.verdict.diagnosis import attribute, diagnose, differing_keys
 from comparison.verdict.results import Basis, ChannelComparison, SceneComparison, scene_coverage, scene_fields
 from comparison.verdict.until import is_state, pace
@@ -71,42 +71,42 @@ def compare(
     names = _names(a.base, b.base, scene, criteria.channels)
     a, b, aligned, notes = _align_runs(a, b, labels, names, scene, criteria.common_time)
     warnings += notes
-    labelled = (labels[0], a), (labels[1], b)
+    sides = (labels[0], a), (labels[1], b)
     limits = thresholds(tier)
     period = criteria.period if scene is None else scene.period
-    known = a.base.definitions | b.base.definitions
-    compared = [name for name in names if criteria.channels is None or name in criteria.channels]
+    definitions = a.base.definitions | b.base.definitions
+    channels = [name for name in names if criteria.channels is None or name in criteria.channels]
     cycle = nan if period is None else period
     if period is None and a.finer is not None:
-        excited = [n for n in compared if np.ptp([aligned.a[n], aligned.b[n]]) >= known[n].floor]
-        moving = [name for name in excited if is_state(known[name])] or excited or compared
-        cycle = pace(aligned.time, [side[name] for name in moving for side in (aligned.a, aligned.b)])
-    if other := [name for name in criteria.tolerances if name not in compared]:
+        candidates = [n for n in channels if np.ptp([aligned.a[n], aligned.b[n]]) >= definitions[n].floor]
+        states = [name for name in candidates if is_state(definitions[name])] or candidates or channels
+        cycle = pace(aligned.time, [side[name] for name in states for side in (aligned.a, aligned.b)])
+    if other := [name for name in criteria.tolerances if name not in channels]:
         raise TableError(f"tolerances: {other[0]!r} is not among the compared channels")
 
-    def judge(every: int) -> dict[str, ChannelComparison]:
+    def judge(stride: int) -> dict[str, ChannelComparison]:
         learnt = FIRST if scene is None else None
         results: dict[str, ChannelComparison] = {}
-        for channel in map(known.__getitem__, compared):  # positions come before what follows from them
+        for channel in map(definitions.__getitem__, channels):  # positions come before what follows from them
             unknown, position = aligned.unknown.get(channel.name), results.get(channel.follows or "")
-            masks = [] if unknown is None else [~unknown[::every]]
+            masks = [] if unknown is None else [~unknown[::stride]]
             masks += [] if position is None else [position.predictable]
-            near = (None, None) if position is None else (position.u_a, position.u_b)
+            position_u = (None, None) if position is None else (position.u_a, position.u_b)
             uncertainties = (
-                model_uncertainty(runs, channel.name, cycle, more, every, learnt, gap_u=of_position)
-                for runs, more, of_position in zip((a, b), ensembles, near, strict=True)
+                model_uncertainty(runs, channel.name, cycle, ensemble, stride, learnt, gap_u=of_position)
+                for runs, ensemble, of_position in zip((a, b), ensembles, position_u, strict=True)
             )
             results[channel.name] = compare_channel(
                 channel,
                 Samples(
-                    aligned.time[::every],
-                    aligned.a[channel.name][::every],
-                    aligned.b[channel.name][::every],
+                    aligned.time[::stride],
+                    aligned.a[channel.name][::stride],
+                    aligned.b[channel.name][::stride],
                     *uncertainties,
                 ),
                 scene=None if scene is None else scene.data,
                 within=np.logical_and.reduce(masks) if masks else None,
-                before=None if before is None else before.channels[channel.name].outlying[::every],
+                before=None if before is None else before.channels[channel.name].outlying[::stride],
                 criteria=criteria,
                 limits=limits,
                 window=WINDOW * cycle,
@@ -114,19 +114,19 @@ def compare(
             )
         return results
 
-    grids = [judge(every) for every in (1, 2, 4)] if aligned.time.size >= _FEW else [judge(1)]
+    grids = [judge(stride) for stride in (1, 2, 4)] if aligned.time.size >= _FEW else [judge(1)]
     results = {
         name: replace(
             channel,
             coverage_error=_sampling_error([grid[name].coverage for grid in grids]),
             rms_error=_sampling_error([grid[name].rms_difference for grid in grids]),
-            between=between(channel, (a.base, b.base)),
+            extrema=extrema_of(channel, (a.base, b.base)),
         )
         for name, channel in grids[0].items()
     }
     if criteria.gate:
         results = {name: apply_gate(channel, criteria.gate) for name, channel in results.items()}
-    warnings += _interpolation_warnings(dict(zip("ab", labelled, strict=True)), aligned, results)
+    warnings += _interpolation_warnings(dict(zip("ab", sides, strict=True)), aligned, results)
     uncertain = any(channel.u is not None for channel in results.values())
     verdict = scene_verdict(results, None if scene is None and uncertain else limits.coverage)
     allowed_shift = nan
@@ -144,9 +144,9 @@ def compare(
         events=(a.base.events, b.base.events),
         pulses=(pulses_of(a.base), pulses_of(b.base)),
         provenance={
-            _run_name(label, which): table.provenance
-            for label, runs in labelled
-            for which, table in runs.tables.items()
+            _run_name(label, kind): table.provenance
+            for label, runs in sides
+            for kind, table in runs.tables.items()
         },
         tier=tier,
         shift=aligned.shift,
@@ -170,14 +170,14 @@ def _align_runs(
     a: Runs, b: Runs, labels: tuple[str, str], names: list[str], scene: Scene | None, common_time: bool
 ) -> tuple[Runs, Runs, Alignment, tuple[str, ...]]:
     """Return the runs within the compared times, their aligned samples, and warnings; errors as `compare`."""
-    labelled = (labels[0], a), (labels[1], b)
+    sides = (labels[0], a), (labels[1], b)
     span = None if scene is None or common_time else (0.0, scene.duration)
-    for label, runs in labelled:
-        for which, table in runs.tables.items():
-            check(table, names, span, name=_run_name(label, which))
+    for label, runs in sides:
+        for kind, table in runs.tables.items():
+            check(table, names, span, name=_run_name(label, kind))
     if common_time and a.finer is not None:
         raise TableError("further runs require equal times: a common time does not apply to them")
-    _check_grids(labelled)
+    _check_grids(sides)
     if not common_time:
         alone = a.finer is None and b.finer is None
         remedy = "--common-time compares where both have rows" if alone else "write both over the same time"
@@ -202,9 +202,9 @@ def _align_runs(
 def scene_verdict(results: Mapping[str, ChannelComparison], floor: float | None) -> str:
     """Return the verdict of a scene: "differ" if a channel does; else its coverage must reach the floor.
 
-    Of tables, without a floor, nobody said how much must be predictable: half of the states must agree. A
-    scene without an excited channel is indeterminate: nothing was compared. So is one with a channel that
-    nothing limits: it may be off by any amount.
+    Tables have no floor, as nobody states how much must be predictable: half of the states must agree. A
+    scene without an excited channel is indeterminate: nothing was compared. So is one with a channel without
+    any limit: it may be off by any amount.
     """
     verdicts = {result.verdict for result in results.values()}
     if "differ" in verdicts:
@@ -213,24 +213,24 @@ def scene_verdict(results: Mapping[str, ChannelComparison], floor: float | None)
         return "indeterminate"
     if floor is None:
         excited = [result for result in results.values() if result.verdict != "unexcited"]
-        judged = [result for result in excited if is_state(result.definition)] or excited
-        agreeing = sum(result.verdict == "agree" for result in judged)
-        return "agree" if agreeing and 2 * agreeing >= len(judged) else "indeterminate"
+        candidates = [result for result in excited if is_state(result.definition)] or excited
+        agreeing = sum(result.verdict == "agree" for result in candidates)
+        return "agree" if agreeing and 2 * agreeing >= len(candidates) else "indeterminate"
     return "agree" if "agree" in verdicts and scene_coverage(results) >= floor else "indeterminate"
 
 
 def recorded_scene(a: Table, b: Table) -> tuple[Scene | None, tuple[str, ...]]:
     """Find the scene that both tables record, with warnings; settings of solvers and output may differ.
 
-    If they differ it is the first, or None where channels or times differ; also None without a record.
+    Of two different scenes it is the first, or None where channels or times differ. Without a record: None.
     """
     record_a, record_b = (table.provenance.get("scene") for table in (a, b))
     if not isinstance(record_a, dict) or not isinstance(record_b, dict) or "body" in record_a:
         return None, ()
     warnings: tuple[str, ...] = ()
-    if changed := list(dict.fromkeys(key.partition(".")[0] for key, *_ in differing_keys(a, b))):
-        fault = f"the tables are of different scenes ({', '.join(changed)})"
-        if a.scene is None or b.scene is None or {"drive", "joints"} & {*changed}:
+    if sections := list(dict.fromkeys(key.partition(".")[0] for key, *_ in differing_keys(a, b))):
+        fault = f"the tables are of different scenes ({', '.join(sections)})"
+        if a.scene is None or b.scene is None or {"drive", "joints"} & {*sections}:
             return None, (f"{fault}: the scales are ranges",)
         warnings = (f"{fault}: scales and drawing are of the first",)
     solvers: dict[str, Any] = {}  # of the model that wrote each table
@@ -255,52 +255,52 @@ def _sampling_error(values: Sequence[float]) -> float:
     return SAFETY_FACTOR * float(np.maximum(abs(half - fine), abs(quarter - fine) / 2))
 
 
-def _run_name(label: str, which: str) -> str:
+def _run_name(label: str, kind: str) -> str:
     """Return the name of a model's run in messages."""
-    return label if which == "base" else f"{label} {which.replace('_', ' ')}"
+    return label if kind == "base" else f"{label} {kind.replace('_', ' ')}"
 
 
-def _names(a: Table, b: Table, scene: Scene | None, only: Sequence[str] | None) -> list[str]:
-    """Return the channels that both must hold: the scene's, or else all of either."""
-    known, present = a.definitions | b.definitions, {*a.names, *b.names}
-    names = [name for name in known if name in present or name in (only or ())]
+def _names(a: Table, b: Table, scene: Scene | None, selection: Sequence[str] | None) -> list[str]:
+    """Return the channels that both must have: the scene's, or else all of either."""
+    definitions, columns = a.definitions | b.definitions, {*a.names, *b.names}
+    names = [name for name in definitions if name in columns or name in (selection or ())]
     if scene is not None:
         # Besides what every run of the scene holds there may be channels that no model writes.
-        beside = [name for name in names if known[name].group in _BESIDES and name in present]
-        names = [*expected(scene.data), *beside]
-    if other := [name for name in only or () if name not in names]:
+        extras = [name for name in names if definitions[name].group in _BESIDES and name in columns]
+        names = [*expected(scene.data), *extras]
+    if other := [name for name in selection or () if name not in names]:
         where = "the tables have no common" if scene is None else f"scene {scene.name!r}: has no"
         raise TableError(f"{where} channel {other[0]} to compare")
-    if only is None:
+    if selection is None:
         return names
     # Positions are interpolated by their rates, where both have them.
-    rates = {known[name].rate for name in only} & {*a.names} & {*b.names}
-    return [name for name in names if name in only or name in rates]
+    rates = {definitions[name].rate for name in selection} & {*a.names} & {*b.names}
+    return [name for name in names if name in selection or name in rates]
 
 
 def _cut_to_common(a: Table, b: Table, time: Array) -> tuple[Table, Table, list[str]]:
     """Return the rows within the compared times, and a warning where a table has others."""
     ends = time[[0, -1]]
-    early, late = slacks(a.time, b.time)
-    if all(abs(t.time[0] - ends[0]) <= early and abs(t.time[-1] - ends[1]) <= late for t in (a, b)):
+    head, tail = slacks(a.time, b.time)
+    if all(abs(t.time[0] - ends[0]) <= head and abs(t.time[-1] - ends[1]) <= tail for t in (a, b)):
         return a, b, []
     start, end = instant(ends[0], ends[1]), instant(ends[1], ends[0])
     note = f"compared from {start} to {end} s: only there both tables have rows"
-    return cut(a, ends[0] - early, ends[1] + late), cut(b, ends[0] - early, ends[1] + late), [note]
+    return cut(a, ends[0] - head, ends[1] + tail), cut(b, ends[0] - head, ends[1] + tail), [note]
 
 
-def _check_grids(labelled: Sequence[tuple[str, Runs]]) -> None:
+def _check_grids(sides: Sequence[tuple[str, Runs]]) -> None:
     """Reject runs of one model on different grids."""
-    for label, runs in labelled:
-        for which, table in runs.tables.items():
+    for label, runs in sides:
+        for kind, table in runs.tables.items():
             if not np.array_equal(table.time, runs.base.time):
-                raise TableError(f"{_run_name(label, which)}: its times differ from those of {label}")
+                raise TableError(f"{_run_name(label, kind)}: its times differ from those of {label}")
 
 
 def _check_ends(labels: tuple[str, str], a: Array, b: Array, remedy: str) -> None:
     """Reject tables of which one has rows before or after those of the other."""
-    early, late = slacks(a, b)
-    if abs(a[0] - b[0]) > early or abs(a[-1] - b[-1]) > late:
+    head, tail = slacks(a, b)
+    if abs(a[0] - b[0]) > head or abs(a[-1] - b[-1]) > tail:
         span_a, span_b = spans(*a[[0, -1]], *b[[0, -1]])
         raise TableError(
             f"{labels[0]} spans {span_a} and {labels[1]} {span_b}: one of them is truncated, or has another "
@@ -309,9 +309,9 @@ def _check_ends(labels: tuple[str, str], a: Array, b: Array, remedy: str) -> Non
 
 
 def _check_rows(labels: tuple[str, str], times: tuple[Array, Array]) -> list[str]:
-    """Reject tables of which one has a hole, or an event's two rows, that the other has not.
+    """Reject two tables if one has a hole, or two rows of an event, that the other lacks.
 
-    One missing row, or a hole in both tables, is a warning.
+    One missing row, or a hole in both tables, gives a warning.
     """
     shared, warnings = np.array_equal(*times), []
     for label, time in list(zip(labels, times, strict=True))[: 1 if shared else 2]:
@@ -322,14 +322,14 @@ def _check_rows(labels: tuple[str, str], times: tuple[Array, Array]) -> list[str
             raise TableError(message)
         warnings.append(message)
     events = [time[:-1][np.diff(time) <= 2 * np.spacing(np.abs(time).max())] for time in times]
-    count = max(own.size for own in events)
-    paired = np.array([np.pad(own, (0, count - own.size), constant_values=np.inf) for own in events])
-    near = 0.5 * min(float(np.median(np.diff(time))) for time in times)
-    for n in np.flatnonzero(~(np.ptp(paired, axis=0) <= near))[:1]:
-        alone = int(paired[0, n] > paired[1, n])
+    count = max(row.size for row in events)
+    pairs = np.array([np.pad(row, (0, count - row.size), constant_values=np.inf) for row in events])
+    reach = 0.5 * min(float(np.median(np.diff(time))) for time in times)
+    for n in np.flatnonzero(~(np.ptp(pairs, axis=0) <= reach))[:1]:
+        side = int(pairs[0, n] > pairs[1, n])
         raise TableError(
-            f"{labels[alone]} has two rows at {instant(paired[alone, n])} s, an event, and "
-            f"{labels[1 - alone]} has not: compare one row of each time (--at-events left or right)"
+            f"{labels[side]} has two rows at {instant(pairs[side, n])} s, an event, and "
+            f"{labels[1 - side]} has not: compare one row of each time (--at-events left or right)"
         )
     return warnings
 
@@ -339,7 +339,7 @@ def _interpolation_warnings(
     aligned: Alignment,
     results: Mapping[str, ChannelComparison],
 ) -> tuple[str, ...]:
-    """Return warnings of what the interpolation leaves out, such as peaks between the compared times."""
+    """Return warnings of what the interpolation omits, such as peaks between the compared times."""
     if not aligned.interpolated:
         return ()
     label, runs = sides[aligned.interpolated]
@@ -352,25 +352,25 @@ def _interpolation_warnings(
             f"{count} samples of {len(aligned.unknown)} channels are not judged: a contact starts or ends "
             "between them and the nearest samples of the interpolated table",
         )
-    time, outstanding = runs.base.time, []
+    time, peaks = runs.base.time, []
     if time.size < 4:
         return warnings
-    between = ~np.isin(time, aligned.time)
+    mask = ~np.isin(time, aligned.time)
     for name, result in results.items():
         if result.tolerance is None:
             continue
         values = unwrap(runs.base.values(name), result.definition)
-        apart = between * isolation(time, values, result.tolerance)
-        at = int(apart.argmax())
-        if apart[at]:
-            when, size = instant(time[at], time[at - 1], time[at + 1]), f"{apart[at]:.3g} {result.unit}"
-            outstanding.append((apart[at] / (result.scale or 1.0), f"{name} at t = {when} s by {size}"))
-    if outstanding:
-        where = f"{len(outstanding)} channels" if len(outstanding) > 1 else "1 channel"
+        excess = mask * isolation(time, values, result.tolerance)
+        n = int(excess.argmax())
+        if excess[n]:
+            when, size = instant(time[n], time[n - 1], time[n + 1]), f"{excess[n]:.3g} {result.unit}"
+            peaks.append((excess[n] / (result.scale or 1.0), f"{name} at t = {when} s by {size}"))
+    if peaks:
+        where = f"{len(peaks)} channels" if len(peaks) > 1 else "1 channel"
         warnings += (
             f"{label}: samples between the compared times are not judged; some stand out from their "
             f"neighbours by more than the tolerance, in {where}, most of all "
-            f"{max(outstanding, key=lambda one: one[0])[1].rstrip()}",
+            f"{max(peaks, key=lambda one: one[0])[1].rstrip()}",
         )
     return warnings
 

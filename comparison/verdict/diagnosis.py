@@ -1,7 +1,7 @@
 """Causes of a difference that its shape shows, and the share of it that refining either model leaves.
 
 Causes, whatever their size: the keys in which the scenes differ; a channel of b that is a multiple of a's,
-moved by a constant or whole turns, or late, named where undoing it leaves a tenth of the difference; and
+off by a constant or whole turns, or late, if undoing this leaves a tenth of the difference at most; and
 causes in the physics of the press (`comparison.verdict.press`).
 
 Attribution: with the difference E = a - b the remainders are E_a = a_finer - b and E_b = a - b_finer: if b's
@@ -39,7 +39,7 @@ from comparison.verdict.press import (
 )
 from comparison.verdict.results import Attribution, Basis, Cause, ChannelComparison, Refinement, decisive
 
-_REST = 0.1  # of the difference, that an undone cause may leave
+_REST = 0.1  # share of the difference that an undone cause may leave
 _MOST = 4096  # samples of a fit, evenly chosen
 _SMALL = 1e-4  # of the scale: without a tolerance a smaller difference needs no cause
 
@@ -55,20 +55,20 @@ def diagnose(
 ) -> tuple[Cause, ...]:
     """Find the causes of the differences of two results, those that explain most first.
 
-    ``tables`` are the base runs, ``shift`` that between them, ``outside_from`` the first instant (s) outside
-    the threshold, nan if there is none. Where the two ``agree`` only keys of their scenes are named.
+    ``tables`` are the base runs, ``shift`` is that between them, ``outside_from`` the first instant (s)
+    outside the threshold, nan if there is none. Where the two ``agree``, causes are keys of the scenes only.
     """
     keys = differing_keys(*tables)
     causes = (Cause("keys", keys=keys),) if keys else ()
     if agree or not results:
         return causes
-    related = _relations(results, shift)
-    scaled = {name for cause in related if cause.kind == "ratio" for name in cause.channels}
-    if not scaled & {*of_corners(results, "normal")} and (rubbing := friction(results)):
-        theirs = {*of_corners(results, "friction")}
-        related = [cause for cause in related if not theirs >= {*cause.channels}] + rubbing
-    related = related or gravity(results, tables) or impact(results, tables, period)
-    return (*causes, *(related or missing_contact(results, tables, period, outside_from)))
+    relations = _relations(results, shift)
+    multiples = {name for cause in relations if cause.kind == "ratio" for name in cause.channels}
+    if not multiples & {*of_corners(results, "normal")} and (frictions := friction(results)):
+        names = {*of_corners(results, "friction")}
+        relations = [cause for cause in relations if not names >= {*cause.channels}] + frictions
+    relations = relations or gravity(results, tables) or impact(results, tables, period)
+    return (*causes, *(relations or missing_contact(results, tables, period, outside_from)))
 
 
 def differing_keys(a: Table, b: Table) -> tuple[tuple[str, Any, Any], ...]:
@@ -91,18 +91,18 @@ def differing_keys(a: Table, b: Table) -> tuple[tuple[str, Any, Any], ...]:
 
 
 def _relations(results: Channels, shift: Shift) -> list[Cause]:
-    """Name the simplest relation of each channel that differs; one that several share is named once."""
+    """Return the simplest relation of each channel that differs; one that several share comes once."""
     causes: list[Cause] = []
     for name, channel in results.items():
         differs = channel.verdict == "differ"
         open_ = channel.threshold is None and channel.verdict != "unexcited" and channel.rms_scaled > _SMALL
         if not (differs or open_) or (cause := _relation(channel, results, shift)) is None:
             continue
-        same = next((n for n, other in enumerate(causes) if _alike(other, cause, results)), None)
-        if same is None:
+        row = next((n for n, other in enumerate(causes) if _alike(other, cause, results)), None)
+        if row is None:
             causes.append(cause)
         else:
-            causes[same] = replace(causes[same], channels=(*causes[same].channels, name))
+            causes[row] = replace(causes[row], channels=(*causes[row].channels, name))
     worst = decisive(channel for channel in results.values() if channel.verdict == "differ")
     return sorted(causes, key=lambda cause: worst is None or worst.channel not in cause.channels)
 
@@ -127,8 +127,8 @@ def _relation(channel: ChannelComparison, results: Channels, shift: Shift) -> Ca
     unit = parse_unit(channel.unit)
     turn = 2 * pi / float(unit.factor) if unit and same_dimension(unit, parse_unit("rad")) else inf
     turns = np.round((b - a) / turn)
-    if turns.any() and np.abs(left := b - a - turns * turn).max() <= _REST * turn:
-        rest = rms(channel.time[rows], left) / rms(channel.time[rows], b - a)
+    if turns.any() and np.abs(remainder := b - a - turns * turn).max() <= _REST * turn:
+        rest = rms(channel.time[rows], remainder) / rms(channel.time[rows], b - a)
         return Cause("turns", (name,), turn, 0.0, rest=rest)
     offset, ratio = fit(a, b, moved=True), fit(a, b, scaled=True)
     both = fit(a, b, scaled=True, moved=True)
@@ -150,25 +150,25 @@ def _relation(channel: ChannelComparison, results: Channels, shift: Shift) -> Ca
 
 
 def _special(fit: Fit) -> bool:
-    """Whether a ratio is one that units or a sign make, and nothing else is likely to."""
+    """Return True for a ratio that hardly anything but units or a sign makes."""
     return fit.ratio < 0 or not 0.1 < fit.ratio < 10.0
 
 
 def _delay(channel: ChannelComparison, results: Channels, shift: Shift) -> Cause | None:
-    """Name the time by which b is late, the same for all channels or this one's own."""
+    """Return the time by which b is late, the one of all channels or that of this channel."""
     if channel.definition.group not in ("motion", "own"):
         return None
     time, name, rate = channel.time, channel.channel, channel.definition.rate or ""
-    known = {name: channel.definition}
+    definitions = {name: channel.definition}
     shifts = []
-    for lag in (shift, estimate(time, {name: channel.a}, {name: channel.b}, known)):
+    for lag in (shift, estimate(time, {name: channel.a}, {name: channel.b}, definitions)):
         if not lag.significant:
             continue
         inside = channel.judged & (time + lag.value >= time[0]) & (time + lag.value <= time[-1])
         slopes = results[rate].b if rate in results else np.gradient(channel.b, time)
-        earlier, _ = hermite(time, channel.b, slopes, time[inside] + lag.value)
-        before = rms(time[inside], channel.difference[inside]) if inside.sum() > FEW else 0.0
-        if before and (rest := rms(time[inside], earlier - channel.a[inside]) / before) <= _REST:
+        values, _ = hermite(time, channel.b, slopes, time[inside] + lag.value)
+        size = rms(time[inside], channel.difference[inside]) if inside.sum() > FEW else 0.0
+        if size and (rest := rms(time[inside], values - channel.a[inside]) / size) <= _REST:
             shifts.append(Cause("shift", (name,), lag.value, lag.uncertainty, rest=rest))
     return next(iter(shifts), None)
 
@@ -186,28 +186,28 @@ def attribute(
 ) -> Attribution:
     """Attribute the differences of a scene's judged channels.
 
-    Of tables without uncertainty only the first sample outside the tolerance is found.
+    For tables without uncertainty it has only the first sample outside the tolerance.
     """
     excited = {name: channel for name, channel in results.items() if channel.verdict != "unexcited"}
     # A scene may differ by a time shift alone, which no channel shows: then all channels count.
     deciding = {name: channel for name, channel in excited.items() if channel.verdict == verdict} or excited
-    outside = _first(deciding if verdict == "differ" else excited)
+    attribution = _first_outside(deciding if verdict == "differ" else excited)
     if scene is None or not excited or any(channel.u is None for channel in excited.values()):
-        return outside
+        return attribution
     first, second = (
         _refinement(label, model, scene, excited) for label, model in zip(labels, runs, strict=True)
     )
     return replace(
-        outside,
-        explained=_explained(excited),
-        remaining=_remaining(runs, deciding),
+        attribution,
+        explained=_explained_share(excited),
+        remaining=_remaining_shares(runs, deciding),
         refinements=(first, second),
-        unpredictable=_unpredictable(results),
+        unpredictable=_unpredictable_shares(results),
     )
 
 
-def _first(channels: Channels) -> Attribution:
-    """Find the first sample outside; of several channels the one that is the farthest outside there."""
+def _first_outside(channels: Channels) -> Attribution:
+    """Find the first sample outside, and of several channels there the one farthest outside."""
     starts = []
     for name, channel in channels.items():
         if channel.threshold is not None and channel.beyond.any():
@@ -220,27 +220,27 @@ def _first(channels: Channels) -> Attribution:
     return Attribution(outside_from=time, outside_in=name)
 
 
-def _explained(channels: Channels) -> float:
+def _explained_share(channels: Channels) -> float:
     total = sum(int(channel.judged.sum()) for channel in channels.values())
     return 1.0 - sum(int(c.beyond.sum()) for c in channels.values()) / total if total else nan
 
 
-def _remaining(runs: tuple[Runs, Runs], deciding: Channels) -> dict[str, float]:
-    """Return the share of the difference that is left with the run of "a", "b" or "both" refined."""
-    differs = _explained(deciding) < next(iter(deciding.values())).limits.share
+def _remaining_shares(runs: tuple[Runs, Runs], deciding: Channels) -> dict[str, float]:
+    """Return the share of the difference that remains with the run of "a", "b" or "both" refined."""
+    differs = _explained_share(deciding) < next(iter(deciding.values())).limits.share
     squares = dict.fromkeys(("base", "a", "b", "both"), 0.0)
     for name, channel in deciding.items():
         mask = channel.beyond if differs else channel.judged
         a, b = channel.a[mask], channel.b[mask]
         fine_a, fine_b = (model.finer.values(name)[mask] for model in runs if model.finer is not None)
-        for key, apart in {"base": a - b, "a": fine_a - b, "b": a - fine_b, "both": fine_a - fine_b}.items():
-            squares[key] += float(np.sum((apart / channel.scale) ** 2))
+        for key, delta in {"base": a - b, "a": fine_a - b, "b": a - fine_b, "both": fine_a - fine_b}.items():
+            squares[key] += float(np.sum((delta / channel.scale) ** 2))
     base = squares.pop("base")
     return {key: sqrt(square / base) if base > 0 else nan for key, square in squares.items()}
 
 
-def _unpredictable(results: Channels) -> dict[str, float]:
-    """Return by whose uncertainty samples of the indeterminate channels are not predictable."""
+def _unpredictable_shares(results: Channels) -> dict[str, float]:
+    """Return the shares of the unpredictable samples of indeterminate channels, by the u that causes them."""
     count = dict.fromkeys(("a", "b", "each", "together"), 0)
     for channel in results.values():
         if channel.verdict != "indeterminate":
@@ -248,8 +248,8 @@ def _unpredictable(results: Channels) -> dict[str, float]:
         # The position that it follows must be predictable too.
         parts = [channel, *filter(None, [results.get(channel.definition.follows or "")])]
         of_a, of_b = (
-            np.any([~part.limits.predictable(u, part.scale) for part, u in own if u is not None], axis=0)
-            for own in ([(part, part.u_a) for part in parts], [(part, part.u_b) for part in parts])
+            np.any([~part.limits.predictable(u, part.scale) for part, u in pairs if u is not None], axis=0)
+            for pairs in ([(part, part.u_a) for part in parts], [(part, part.u_b) for part in parts])
         )
         cases = of_a & ~of_b, of_b & ~of_a, of_a & of_b, ~(of_a | of_b)
         for key, case in zip(count, cases, strict=True):
@@ -259,13 +259,13 @@ def _unpredictable(results: Channels) -> dict[str, float]:
 
 
 def _refinement(label: str, model: Runs, scene: Scene, excited: Channels) -> Refinement:
-    """Describe the setting that a level changes, and those changed along with it."""
+    """Return the setting that a level refines, and those that change with it."""
     factor, order = model.refinement
-    refined, settings = finer(label, scene), {}
-    if refined is not None:
-        old, new = (which.data["solver"][label] for which in (scene, refined))
-        changed = [key for key in old if old[key] != new[key]]
-        chief = min(changed, key=lambda key: abs(old[key] / new[key] - factor))
-        settings = {chief: old[chief]} | {key: old[key] for key in changed}
-    judged = {name: (channel.predictable, channel.scale) for name, channel in excited.items()}
-    return Refinement(label, settings, factor, order, observed_order(model, judged))
+    finer_scene, settings = finer(label, scene), {}
+    if finer_scene is not None:
+        old, new = (each.data["solver"][label] for each in (scene, finer_scene))
+        keys = [key for key in old if old[key] != new[key]]
+        chief = min(keys, key=lambda key: abs(old[key] / new[key] - factor))
+        settings = {chief: old[chief]} | {key: old[key] for key in keys}
+    samples = {name: (channel.predictable, channel.scale) for name, channel in excited.items()}
+    return Refinement(label, settings, factor, order, observed_order(model, samples))

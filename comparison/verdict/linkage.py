@@ -1,7 +1,7 @@
 """Judgement of two models' runs of a linkage, as of any two solvers: `comparison.verdict.pair`.
 
-Its starts are moved in what `initial` gives, which are as many values as there are degrees of freedom, and
-within the clearances.
+Its starts are moved in the values of `initial`, as many as there are degrees of freedom, and within the
+clearances.
 """
 
 from collections.abc import Callable, Sequence
@@ -29,12 +29,12 @@ _RATES = {"x": "vx", "y": "vy", "angle": "omega"}
 
 
 class ModelError(SolverError):
-    """Run of a model that did not succeed."""
+    """A run of a model failed."""
 
     def __init__(self, job: Job, outcome: Outcome, run: Run) -> None:
         super().__init__(describe(job, outcome))
         kind = "moved" if any(run.start) else {0: "base", -1: "coarser"}.get(run.level, "finer")
-        self.job, self.outcome, self.which = job, outcome, (job.model, kind)
+        self.job, self.outcome, self.key = job, outcome, (job.model, kind)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +45,7 @@ class LinkagePair(Pair):
     launch: Callable[[Sequence[Job]], list[Outcome]]
 
     def job(self, run: Run) -> Job:
-        """Return the run of a model at a level, from a start that is moved in its states."""
+        """Return the job of a run: its model at its level, from a start with moved states."""
         scene, model = self.scene, run.side.label
         for _ in range(abs(run.level)):
             scene = (finer if run.level > 0 else coarser)(model, scene) or scene
@@ -68,26 +68,25 @@ class LinkagePair(Pair):
             sources = [source for run in family if isinstance(source := self._tables[run], Source)]
             base, finer, coarser, *perturbed = (source.companions for source in sources)
             side, rigid = family[0].side, not self.keys.start.states
-            refined = side.factor, side.order
-            programs.append(ProgramRuns(base, finer, coarser, perturbed, refined, rigid))
+            programs.append(ProgramRuns(base, finer, coarser, perturbed, (side.factor, side.order), rigid))
         _check_assembly(programs, [side.label for side in self.sides])
         return tuple(programs), ()
 
-    def _compare(self, read: Programs, before: SceneComparison | None = None) -> SceneComparison:
-        result = super()._compare(read, before)
+    def _compare(self, data: Programs, before: SceneComparison | None = None) -> SceneComparison:
+        result = super()._compare(data, before)
         events = result.events if self.scene.loose else (None, None)
-        return replace(result, description=self.scene.description, ran=self.scene, events=events)
+        return replace(result, description=self.scene.description, run_scene=self.scene, events=events)
 
 
 def _check_assembly(programs: Sequence[ProgramRuns], models: Sequence[str]) -> None:
-    """Raise a `TableError` where the models begin in different positions: it has more than one."""
+    """Raise a `TableError` if the models begin in different positions of a linkage with several."""
     first, second = (program.base.frame.iloc[0] for program in programs)
     for name in first.index.intersection(second.index):
         body, _, key = str(name).rpartition(".")
         if key == "angle" and abs(remainder(first[name] - second[name], 2 * pi)) > 1e-3:  # rad
             both = " and ".join(
-                f"{degrees(at):.6g} deg ({model})"
-                for at, model in zip((first[name], second[name]), models, strict=True)
+                f"{degrees(angle):.6g} deg ({model})"
+                for angle, model in zip((first[name], second[name]), models, strict=True)
             )
             raise TableError(
                 f"the models assemble the linkage in different positions: {body} starts at {both}; state "
@@ -96,16 +95,16 @@ def _check_assembly(programs: Sequence[ProgramRuns], models: Sequence[str]) -> N
 
 
 def moved_states(scene: Scene) -> list[str]:
-    """Return the channels of the values that the start of a linkage gives, without those of a speed drive.
+    """Return the channels of the initial values of a linkage, without those of a speed drive.
 
-    A start at rest gives no rates: they are those of the positions.
+    A start at rest has no rates: they are those of the positions.
     """
-    given = {
+    coordinates = {
         f"{body}.{key.removesuffix('_deg')}" for body, start in scene.data["initial"].items() for key in start
     }
-    rates = {name for name in given if name.rpartition(".")[2] in _RATES.values()}
-    driven = scene.data["drive"].get("body") if "speed_rpm" in scene.data["drive"] else None
-    positions = given - rates - {f"{driven}.angle"}
+    rates = {name for name in coordinates if name.rpartition(".")[2] in _RATES.values()}
+    drive_body = scene.data["drive"].get("body") if "speed_rpm" in scene.data["drive"] else None
+    positions = coordinates - rates - {f"{drive_body}.angle"}
     if not rates:
         rates = {f"{body}.{_RATES[key]}" for body, _, key in (name.partition(".") for name in positions)}
     return [name for name in expected(scene.data) if name in positions | rates] + [*clearance_scales(scene)]
@@ -114,7 +113,7 @@ def moved_states(scene: Scene) -> list[str]:
 def linkage_pair(
     scene: Scene, models: tuple[str, str], launch: Callable[[Sequence[Job]], list[Outcome]]
 ) -> LinkagePair:
-    """Return the pair that judges two models at the standard tier by runs that ``launch`` does."""
+    """Return the pair that judges two models at the standard tier; ``launch`` does the runs."""
     sides = []
     for model in models:
         settings = scene.data["solver"].get(model, {})

@@ -1,14 +1,14 @@
 """Judgement of any two solvers by runs of their own: ``sixbar judge`` and `sixbar.judge`.
 
 Each side runs at its setting, a level finer and a level coarser, and twice at the coarser from a start moved
-at random in all states; `comparison.verdict.recorded` judges these runs. Only a difference asks for more. It
-must outlast further levels at the same samples, with fixed steps two: that three steps err alike at some, as
-of an impact that is found at the end of a step, is no rarity, and at which is chance. Then ensembles confirm
-it, whose starts lie as far apart as the error of the run is worth there (`comparison.verdict.confirmation`),
-never less than the perturbed ones.
+at random in all states; `comparison.verdict.recorded` judges these runs. Only a difference needs more. It
+must outlast further levels at the same samples, two with fixed steps: at some samples three steps often err
+alike, as where an impact is found at the end of a step, and which samples is chance. Then ensembles confirm
+it. Their starts lie as far apart as the start error equivalent to the run's error
+(`comparison.verdict.confirmation`), never less than the perturbed ones.
 
-Without a stated order u is 3 times the distance of the levels: an order that is fitted to three runs is
-theirs by construction, and the least one, 1, is taken for what the coarser run is worth.
+Without a stated order u is 3 times the distance of the levels: an order fitted to three runs holds for these
+by construction, and the least order, 1, gives the weight of the coarser run.
 """
 
 import tomllib
@@ -45,12 +45,12 @@ from comparison.tables.foreign import open_source, read_tables
 from comparison.tables.mapping import Mapping, Quantity, mapping_of
 from comparison.tables.table import Table, TableError
 from comparison.verdict.channel import Criteria
-from comparison.verdict.confirmation import OTHER_MEMBERS, equivalent_start, scaled_member, unconfirmed
-from comparison.verdict.recorded import ProgramRuns, compare_recorded, off_by, without_error
+from comparison.verdict.confirmation import OTHER_MEMBERS, equivalent_start, scaled_member, with_doubt
+from comparison.verdict.recorded import ProgramRuns, compare_recorded, with_errors, without_error
 from comparison.verdict.results import Doubt, SceneComparison
 
 FACTORS = {"tolerance": 10.0, "step": 1.7}
-"""Factor between two levels; steps that are no parts of each other do not jump at the same instants."""
+"""Factor between two levels; steps that do not divide each other do not jump at the same instants."""
 LEVELS = {"tolerance": 1, "step": 2}
 """Levels finer than the first judgement that a difference must outlast."""
 LEAST_SIZE = 1e-12
@@ -66,7 +66,7 @@ class Solver(Section):
     label: Annotated[str, Field(min_length=1)] | None = None
     command: str | None = None
     fmu: str | None = None
-    file: str | None = None  # a table that no run can be added to; its error from these two:
+    file: str | None = None  # a table without further runs; its error is from these two:
     u: dict[str, Positive] = Field(default={})
     repeat: list[str] = Field(default=[])
     tolerance: Positive | None = None
@@ -85,7 +85,7 @@ class Solvers(Section):
 
 
 class Start(Section):
-    """States that are moved, and by how much."""
+    """States that are moved, and the size of the move."""
 
     states: list[str] = Field(default=[])
     size: Positive | None = None
@@ -96,7 +96,7 @@ class Start(Section):
 
 
 class Demand(Section):
-    """Time until which the two have to agree, s, or share of the samples that has to be predictable."""
+    """Time until which the two must agree, s, or share of the samples that must be predictable."""
 
     until: Positive | Literal["any"] | None = None
     coverage: Annotated[float, Field(gt=0, le=1)] | None = None
@@ -116,9 +116,9 @@ class PairKeys(Section):
 
 
 def load_pair(path: Path, demand: Pairs[str, object] | None = None) -> "Pair":
-    """Read a pair file; a `TableError` tells file, key, value and violated rule.
+    """Read a pair file; a `TableError` names file, key, value and violated rule.
 
-    A ``demand`` takes the place of that of the file.
+    A ``demand`` replaces that of the file.
     """
     with reading(path, TableError, "TOML"):
         content = tomllib.loads(contents(path))
@@ -181,8 +181,8 @@ def judge(
     >>> sixbar.judge(decay, other, tolerance=1e-8, states=1).verdict
     'differ'
     """
-    named = [states] if isinstance(states, str) else states
-    names = [position(n + 1) for n in range(named)] if isinstance(named, int) else [*named]
+    entries = [states] if isinstance(states, str) else states
+    names = [position(n + 1) for n in range(entries)] if isinstance(entries, int) else [*entries]
     content: dict[str, Any] = {"side": {"a": {}, "b": {}}, "start": {"states": names}}
     for key, value in ((key, unbox(value)) for key, value in options.items() if value is not None):
         if key in Solver.model_fields:
@@ -213,40 +213,40 @@ def _pair(content: Pairs[str, Any], folder: Path, functions: Sequence[Function |
         keys = PairKeys.model_validate(content)
     except ValidationError as error:
         raise TableError(explain(error, PairKeys)) from None
-    given = keys.mapping
-    if isinstance(given, dict):
+    entry = keys.mapping
+    if isinstance(entry, dict):
         try:
-            mapping = mapping_of(given)
+            mapping = mapping_of(entry)
         except TableError as error:
             raise TableError(f"mapping: {error}") from None
     else:
-        mapping = as_mapping(folder / given if isinstance(given, str) else given) or Mapping()
-    scaled = {
+        mapping = as_mapping(folder / entry if isinstance(entry, str) else entry) or Mapping()
+    quantities = {
         name: mapping.channels.get(name, Quantity()).model_copy(update={"scale": scale})
         for name, scale in keys.scale.items()
     }
-    mapping = mapping.model_copy(update={"channels": mapping.channels | scaled})
+    mapping = mapping.model_copy(update={"channels": mapping.channels | quantities})
     sides = [
-        _side(which, getattr(keys.side, which), function, folder, (keys.start.states, mapping))
-        for which, function in zip("ab", functions, strict=True)
+        _side(letter, getattr(keys.side, letter), function, folder, (keys.start.states, mapping))
+        for letter, function in zip("ab", functions, strict=True)
     ]
     if sides[0].label == sides[1].label:
         sides = [
-            replace(side, label=f"{side.label} ({which})") for which, side in zip("ab", sides, strict=True)
+            replace(side, label=f"{side.label} ({letter})") for letter, side in zip("ab", sides, strict=True)
         ]
     pair = Pair((sides[0], sides[1]), keys, mapping, name)
     if all(side.files for side in sides):
         raise TableError("side.a and side.b are files: sixbar compare judges these")
-    for which, side in zip("ab", sides, strict=True):
+    for letter, side in zip("ab", sides, strict=True):
         for n, path in enumerate(side.files):
-            pair._tables[Run(side, n, ())] = open_source(path, mapping.dialect.of(which))
+            pair._tables[Run(side, n, ())] = open_source(path, mapping.dialect.of(letter))
     return pair
 
 
 def _side(
-    which: str, keys: Solver, function: Function | None, folder: Path, more: tuple[list[str], Mapping]
+    letter: str, keys: Solver, function: Function | None, folder: Path, shared: tuple[list[str], Mapping]
 ) -> Side:
-    where, (states, mapping) = f"side.{which}", more
+    where, (states, mapping) = f"side.{letter}", shared
     if keys.file is not None:
         if {*keys.model_fields_set} - {"label", "file", "u", "repeat"}:
             raise TableError(f"{where} with a file has no other keys than label, u and repeat")
@@ -257,11 +257,11 @@ def _side(
         raise TableError(f"{where} must have a tolerance or a step{', not both' if settings else ''}")
     if (keys.command is None) + (keys.fmu is None) + (function is None) != 2:
         raise TableError(f"{where} must have a command, an fmu or a file, and one of them")
-    (setting,), label = settings, which
+    (setting,), label = settings, letter
     solver: Function | Command
     if keys.fmu is not None:
         options = {"states": states, "stop": keys.stop, "interval": keys.interval}
-        also = {"also": [*mapping.columns, *getattr(mapping, which)]}
+        also = {"also": [*mapping.columns, *getattr(mapping, letter)]}
         solver, label = fmu_side(Path(keys.fmu), folder, setting, options | also), Path(keys.fmu).stem
     elif keys.command is not None:
         try:
@@ -270,7 +270,7 @@ def _side(
             raise SolverError(f"{where}: {error}") from None
     else:
         assert function is not None
-        solver, label = function, getattr(function, "__name__", which).replace("<lambda>", which)
+        solver, label = function, getattr(function, "__name__", letter).replace("<lambda>", letter)
     factor, order = keys.factor or FACTORS[setting], keys.order or nan
     return Side(keys.label or label, solver, setting, getattr(keys, setting), factor, order)
 
@@ -289,40 +289,40 @@ class Pair:
     _tables: dict[Run, Source | SolverError] = field(default_factory=dict)
 
     def judge(self) -> tuple[SceneComparison, tuple[ProgramRuns, ...]]:
-        """Return the verdict, and the runs on which it rests; a `SolverError` if one of them fails."""
+        """Return the verdict and its runs; raise a `SolverError` if a run fails."""
         level, doubt = 0, Doubt.ONE_STATE if len(self.keys.start.states) == 1 else None
-        read = self._read(self._families(0))
-        result = self._compare(read)
-        most = max(LEVELS[side.kind] for side in self.sides)
-        while result.verdict == "differ" and level < most:
+        data = self._read(self._families(0))
+        result = self._compare(data)
+        last_level = max(LEVELS[side.kind] for side in self.sides)
+        while result.verdict == "differ" and level < last_level:
             try:
-                read = self._read(self._families(level + 1))
+                data = self._read(self._families(level + 1))
             except SolverError:
                 doubt = Doubt.UNREFINED
                 break
             level += 1
-            result = replace(self._compare(read, result), refined=level)
+            result = replace(self._compare(data, result), refined=level)
         if result.verdict == "differ" and self.keys.start.states:
-            read = self._ensembles(result, level, read[0])
-            result = replace(self._compare(read, result), refined=level)
-        programs, _ = read
-        for side, own in zip(self.sides, programs, strict=True):
-            pair = [run.frame for run in own.perturbed[:2]]
-            if own.coarser and pair and all(frame.equals(own.coarser.frame) for frame in pair):
+            data = self._ensembles(result, level, data[0])
+            result = replace(self._compare(data, result), refined=level)
+        programs, _ = data
+        for side, program in zip(self.sides, programs, strict=True):
+            frames = [run.frame for run in program.perturbed[:2]]
+            if program.coarser and frames and all(frame.equals(program.coarser.frame) for frame in frames):
                 line = f"{side.label}: a moved start changes nothing: how its motions diverge is not known"
                 result, doubt = replace(result, warnings=(*result.warnings, line)), Doubt.UNMOVED
         if result.verdict == "differ" and result.confirmation and doubt:
-            result = unconfirmed(result, doubt, result.confirmation.members)
+            result = with_doubt(result, doubt, result.confirmation.members)
         return without_error(result, programs, [bool(side.files) for side in self.sides]), programs
 
-    def _compare(self, read: Programs, before: SceneComparison | None = None) -> SceneComparison:
+    def _compare(self, data: Programs, before: SceneComparison | None = None) -> SceneComparison:
         demand, window, channels = self.keys.demand, self.keys.window, self.mapping.compare
         period = None if window is None else window / WINDOW
         until = "any" if demand.until is None and demand.coverage is not None else demand.until
         labels = self.sides[0].label, self.sides[1].label
         criteria = Criteria(channels=channels, period=period, until=until)
-        options: dict[str, Any] = {"labels": labels, "warnings": read[1], "before": before}
-        result = compare_recorded(*read[0], scene=None, criteria=criteria, **options)
+        options: dict[str, Any] = {"labels": labels, "warnings": data[1], "before": before}
+        result = compare_recorded(*data[0], scene=None, criteria=criteria, **options)
         result = replace(result, name=self.name, title=self.keys.title)
         lacks = result.verdict == "agree" and result.coverage < (demand.coverage or 0.0)
         return replace(result, verdict="indeterminate") if lacks else result
@@ -330,7 +330,7 @@ class Pair:
     # ---- runs
 
     def _families(self, level: int) -> list[list[Run]]:
-        """Run both sides with the base at a level: base, finer, coarser, and the perturbed ones."""
+        """Run both sides with the base at a level: base, finer, coarser and perturbed runs."""
         count = len(self.keys.start.states)
         families = [
             [Run(side, n, ()) for n, _ in enumerate(side.files)]
@@ -347,32 +347,32 @@ class Pair:
         for side, family in zip(self.sides, families, strict=True):
             if not side.files:  # random directions of root mean square 1; of one state + and -
                 shares = [self._size(side) * move / np.sqrt(np.mean(move**2)) for move in moves]
-                family += [Run(side, level - 1, self._start(side, own)) for own in shares]
+                family += [Run(side, level - 1, self._start(side, share)) for share in shares]
         self._run(families)
         return families
 
     def _ensembles(self, result: SceneComparison, level: int, programs: Sequence[ProgramRuns]) -> Programs:
-        """Return the runs with those of an ensemble of each side behind the perturbed ones."""
+        """Return the runs, with an ensemble of each side after the perturbed ones."""
         families, shares = self._families(level), [np.empty(0)] * 2
-        before = int(np.searchsorted(result.time, result.until))
+        count = int(np.searchsorted(result.time, result.until))
         lengths = {name: 1.0 / channel.scale for name, channel in result.excited.items()}
         for n, (family, program) in enumerate(zip(families, programs, strict=True)):
             side = family[0].side
             if side.files:
                 continue
-            shift, w = equivalent_start(program.runs, lengths, self._size(side), before)
+            shift, w = equivalent_start(program.runs, lengths, self._size(side), count)
             draws = np.random.default_rng(n + 1).standard_normal((OTHER_MEMBERS, len(family[0].start)))
             family += [Run(side, level, self._start(side, shift * draw)) for draw in draws]
             shares[n] = np.minimum(w / shift, 1.0)
         self._run(families, needed=False)
-        complete = [[run for run in family if isinstance(self._tables[run], Source)] for family in families]
-        programs, warnings = self._read(complete)
-        scaled = []
+        successes = [[run for run in family if isinstance(self._tables[run], Source)] for family in families]
+        programs, warnings = self._read(successes)
+        results = []
         for program, share in zip(programs, shares, strict=True):
             members = [run for run in program.perturbed[2:] if run.time.size == share.size]
             members = [scaled_member(run, program.base, share) for run in members]
-            scaled.append(replace(program, perturbed=[*program.perturbed[:2], *members]))
-        return tuple(scaled), warnings
+            results.append(replace(program, perturbed=[*program.perturbed[:2], *members]))
+        return tuple(results), warnings
 
     def _size(self, side: Side) -> float:
         default = PERTURBATION if side.kind == "step" else max(side.setting, LEAST_SIZE)
@@ -381,15 +381,15 @@ class Pair:
     def _start(self, side: Side, shares: Array) -> tuple[float, ...]:
         """Return offsets from shares of the states' scales.
 
-        A scale is the range of the column of this name in the first run of the side, else 1.
+        A scale is the range of the state's column in the first run of the side, else 1.
         """
         columns = self._columns(Run(side, 0, (0.0,) * shares.size))
-        known = {name: values[np.isfinite(values)] for name, values in columns.items()}
-        ranges = {name: float(np.ptp(values)) for name, values in known.items() if values.size}
+        numbers = {name: values[np.isfinite(values)] for name, values in columns.items()}
+        ranges = {name: float(np.ptp(values)) for name, values in numbers.items() if values.size}
         missing = [state for state in self.keys.start.states if state not in {*columns, *self.scales}]
         if missing and not isinstance(side.solver, Command):
-            has = ", ".join(name for name in columns if not name.startswith("#"))
-            raise SolverError(f"states: {missing[0]!r} is not a column of {side.label}, which has {has}")
+            names = ", ".join(name for name in columns if not name.startswith("#"))
+            raise SolverError(f"states: {missing[0]!r} is not a column of {side.label}, which has {names}")
         scales = [self.scales.get(s) or ranges.get(s) or 1.0 for s in self.keys.start.states]
         return tuple((shares * scales).tolist())
 
@@ -400,17 +400,17 @@ class Pair:
         return {key: c.numbers for n, c in enumerate(source.columns) for key in (c.name, position(n))}
 
     def _run(self, families: Sequence[Sequence[Run]], total: int = 0, *, needed: bool = True) -> None:
-        """Run what has not run, of so many in ``total``; if needed a run that failed raises its error."""
+        """Run the new runs, of ``total`` ones; if ``needed`` a failed run raises its error."""
         runs = [run for family in families for run in family]
-        new = [run for run in runs if run not in self._tables]
-        before, total = len(runs) - len(new), total or len(runs)
+        queue = [run for run in runs if run not in self._tables]
+        offset, total = len(runs) - len(queue), total or len(runs)
 
         def report(share: float) -> None:
             if self.on_progress:
-                self.on_progress((before + share * len(new)) / total)
+                self.on_progress((offset + share * len(queue)) / total)
 
         results = self._tables
-        results |= zip(new, self._results(new, report), strict=True)
+        results |= zip(queue, self._results(queue, report), strict=True)
         for run in runs if needed else ():
             if isinstance(error := results[run], SolverError):
                 raise error
@@ -443,8 +443,8 @@ class Pair:
         ):
             base, *others = tables[:count]
             if side.files:
-                known = keys.u or others
-                programs.append(ProgramRuns(base, off_by(base, keys.u, others) if known else None))
+                has_error = keys.u or others
+                programs.append(ProgramRuns(base, with_errors(base, keys.u, others) if has_error else None))
             else:
                 finer, coarser, *perturbed = others
                 programs.append(ProgramRuns(base, finer, coarser, perturbed, (side.factor, side.order)))
@@ -454,6 +454,6 @@ class Pair:
             warnings += ("only one state is moved: how motions diverge along others is not seen",)
         for side, family in zip(self.sides, families, strict=True):
             columns = {*(states if side.files else self._columns(family[0]))}
-            lack = ", ".join(state for state in states if state not in columns)
-            warnings += (f"{side.label}: no column {lack}: its scale is taken as 1",) if lack else ()
+            names = ", ".join(state for state in states if state not in columns)
+            warnings += (f"{side.label}: no column {names}: its scale is taken as 1",) if names else ()
         return tuple(programs), tuple(dict.fromkeys(warnings))

@@ -1,7 +1,7 @@
 """Causes of a difference in the physics of the press: friction, gravity, an impact, a missing contact.
 
-They show before the motions of two models part, or in each model by itself; afterwards everything differs,
-whatever the cause. Results without the channels or events of the press have none of them.
+They show before the motions of two models part, or in each model by itself; afterwards everything differs.
+Results without the channels or events of the press have none of these causes.
 """
 
 from collections.abc import Mapping
@@ -20,9 +20,9 @@ Channels = Mapping[str, ChannelComparison]
 Tables = tuple[Table, Table]
 
 RIVAL = 3.0
-"""Times the remainder of the best fit, within which another one is as good."""
+"""Factor of the remainder of the best fit, within which another fit is as good."""
 SIGNIFICANT = 3.0
-"""Times its uncertainty, above which a number is a finding."""
+"""Factor of its uncertainty, above which a number is a finding."""
 FEW = 5
 """Samples; fewer tell nothing."""
 
@@ -30,32 +30,32 @@ _LEAST = 1e-4  # change of a coefficient, an impact, or ax over ay: errors of us
 _SLIDES = 0.1  # of the largest speed, above which friction does not depend on it
 _PRESSES = 0.01  # of the largest force, above which noise is not taken for a contact
 _FLIGHT = 10  # samples before the first contact, at least
-_STEADY = 0.01  # of what is constant in these, that may vary: a mass or a length leaves twice as much
-_PURE = 0.15  # of an impact's change, by which it may miss the pattern of its cause
-_NEAR = 0.02  # of a crank cycle, within which a contact of the other run is the same one
+_STEADY = 0.01  # share of a constant in these that may vary: a mass or a length leaves twice as much
+_PURE = 0.15  # share of an impact's change, by which it may miss the pattern of its cause
+_SAME_CONTACT = 0.02  # share of a crank cycle, within which a contact of the other run is the same one
 
 
 def friction(results: Channels) -> list[Cause]:
-    """Name the coefficient of friction: friction over normal force of sliding corners, in each run alone."""
+    """Name the coefficient of friction: friction over normal force of sliding corners, in each run."""
     speed = results.get("slider_vy")
     pairs = [(f"corner_{corner}_normal", f"corner_{corner}_friction") for corner in CORNERS]
     corners = [pair for pair in pairs if results.keys() >= {*pair}]
     if speed is None or not corners:
         return []
-    slides = np.abs(speed.a) > _SLIDES * np.abs(speed.a).max()
+    sliding = np.abs(speed.a) > _SLIDES * np.abs(speed.a).max()
     sides: list[tuple[float, float]] = []
     for side in ("a", "b"):
         shares = []
         for names in corners:
-            normal, rubbing = (getattr(results[name], side) for name in names)
-            touches = slides & (normal > _PRESSES * normal.max())
-            shares.append(np.abs(rubbing[touches]) / normal[touches])
+            normal, tangential = (getattr(results[name], side) for name in names)
+            pressed = sliding & (normal > _PRESSES * normal.max())
+            shares.append(np.abs(tangential[pressed]) / normal[pressed])
         values = np.concatenate(shares)
-        middle = float(np.median(values)) if values.size >= FEW else 0.0
-        if not middle:
+        median = float(np.median(values)) if values.size >= FEW else 0.0
+        if not median:
             return []
         # Of a normal distribution two standard errors of the median are 3.7 median deviations over root n.
-        sides.append((middle, 3.7 * float(np.median(np.abs(values - middle))) / np.sqrt(values.size)))
+        sides.append((median, 3.7 * float(np.median(np.abs(values - median))) / np.sqrt(values.size)))
     (first, error), (second, its_error) = sides
     ratio = second / first
     uncertainty = ratio * float(np.hypot(error / first, its_error / second))
@@ -65,12 +65,12 @@ def friction(results: Channels) -> list[Cause]:
 
 
 def of_corners(results: Channels, part: str) -> tuple[str, ...]:
-    """Return the names of a force ("normal" or "friction") of the corners that there are."""
+    """Return the names of a force ("normal" or "friction") at the corners of the results."""
     return tuple(name for corner in CORNERS if (name := f"corner_{corner}_{part}") in results)
 
 
 def gravity(results: Channels, tables: Tables) -> list[Cause]:
-    """Name gravity: before the first contact the slider's ax differs by what does not follow its ay.
+    """Name gravity: before the first contact the slider's ax differs by a part that ay does not explain.
 
     In flight the guide leaves x free, and rod 4 at the angle beta gives ax = (ay + g) tan(beta). A mass, a
     length or the drive changes the part with ay, which varies; another start shows in x at once.
@@ -84,12 +84,12 @@ def gravity(results: Channels, tables: Tables) -> list[Cause]:
     flight = ax.time < min(starts)
     if flight.sum() < _FLIGHT or not ay.a[flight].any():
         return []
-    difference, follows, moved = -ax.difference[flight], ay.a[flight], np.abs(x.difference[flight])
-    if np.abs(difference).max() <= _LEAST * np.abs(follows).max() or moved[0] > _STEADY * moved.max():
+    difference, ay_flight, distance = -ax.difference[flight], ay.a[flight], np.abs(x.difference[flight])
+    if np.abs(difference).max() <= _LEAST * np.abs(ay_flight).max() or distance[0] > _STEADY * distance.max():
         return []
     steady = fit(np.zeros(difference.size), difference, moved=True)
-    along = follows * (difference @ follows) / (follows @ follows)
-    rest = float(np.sqrt(np.mean((difference - along) ** 2) / np.mean(difference**2)))
+    projection = ay_flight * (difference @ ay_flight) / (ay_flight @ ay_flight)
+    rest = float(np.sqrt(np.mean((difference - projection) ** 2) / np.mean(difference**2)))
     if steady.rest > min(_STEADY, rest / RIVAL):
         return []
     return [Cause("gravity", ("slider_ax",), steady.offset, steady.offset_error, rest=steady.rest)]
@@ -98,8 +98,8 @@ def gravity(results: Channels, tables: Tables) -> list[Cause]:
 def impact(results: Channels, tables: Tables, period: float | None) -> list[Cause]:
     """Name stiffness or restitution by the first impact, which both enter at one speed.
 
-    A stiffer contact (force K depth^n) divides depth and duration by what it multiplies the peak force by,
-    and leaves the impulse. Less is lost where the impulse is larger and the contact no longer.
+    A stiffer contact (force K depth^n) multiplies the peak force and divides depth and duration by the same
+    factor; the impulse stays. Less loss gives a larger impulse, in a contact that is not longer.
     """
     a, b = (table.events for table in tables)
     if a is None or b is None or period is None or not len(a) or not len(b):
@@ -107,9 +107,9 @@ def impact(results: Channels, tables: Tables, period: float | None) -> list[Caus
     window = WINDOW * period
     first = min(a["start"].min(), b["start"].min())
     pairs = [
-        (a.iloc[row], b.iloc[its])
-        for row, its in match(a, b, window)
-        if a["start"].iloc[row] <= first + window
+        (a.iloc[row_a], b.iloc[row_b])
+        for row_a, row_b in match(a, b, window)
+        if a["start"].iloc[row_a] <= first + window
     ]
     names = ("normal_speed", "impulse", "peak_force", "largest_depth")
     logs = []
@@ -117,7 +117,7 @@ def impact(results: Channels, tables: Tables, period: float | None) -> list[Caus
         sides = [[*map(float, each[[*names]]), float(each["end"] - each["start"])] for each in (one, other)]
         if min(map(min, sides)) <= 0.0:
             return []
-        logs.append([log(its / own) for own, its in zip(*sides, strict=True)])
+        logs.append([log(of_b / of_a) for of_a, of_b in zip(*sides, strict=True)])
     if not logs:
         return []
     speed, impulse, peak, depth, duration = np.array(logs).T
@@ -152,21 +152,21 @@ def _exponent(table: Table) -> float:
 def missing_contact(
     results: Channels, tables: Tables, period: float | None, outside_from: float
 ) -> list[Cause]:
-    """Name the contact that only one run has, where the difference begins with it."""
+    """Name the contact that only one run has, if the difference begins with it."""
     if isnan(outside_from):
         return []
     time = next(iter(results.values())).time
     step = float(np.median(np.diff(time)))
-    near = max(2 * step, _NEAR * (period or 0.0))
+    window = max(2 * step, _SAME_CONTACT * (period or 0.0))
     for corner in CONTACTS:
         force = results.get(f"corner_{corner}_normal")
         values = (None, None) if force is None else (force.a, force.b)
-        spans = [_spans(table.events, corner, time, own) for table, own in zip(tables, values, strict=True)]
+        spans = [_spans(table.events, corner, time, f) for table, f in zip(tables, values, strict=True)]
         for side, other in ((0, 1), (1, 0)):
             for start, end in spans[side]:
                 if not start <= outside_from <= end + 2 * step:
                     continue
-                partner = [its for its in spans[other] if abs(its[0] - start) <= near]
+                partner = [span for span in spans[other] if abs(span[0] - start) <= window]
                 if partner and not _silent(force, side, partner[0]):
                     continue
                 return [Cause("contact", side="ab"[other], time=start, place=corner)]
@@ -176,7 +176,7 @@ def missing_contact(
 def _spans(
     events: pd.DataFrame | None, corner: str, time: Array, force: Array | None
 ) -> list[tuple[float, float]]:
-    """Return starts and ends of a corner's contacts, of events or else of samples with a force."""
+    """Return starts and ends of a corner's contacts, from events or else from samples with a force."""
     if events is not None:
         rows, starts = starts_at(events, corner)
         return list(zip(starts.tolist(), events["end"].to_numpy(np.float64)[rows].tolist(), strict=True))
@@ -187,9 +187,9 @@ def _spans(
 
 
 def _silent(force: ChannelComparison | None, side: int, span: tuple[float, float]) -> bool:
-    """Whether the samples show no force in a contact of their own run, where those of the other run do."""
+    """Return True if a contact has a force in the samples of its run and none in those of the other."""
     if force is None:
         return False
-    own, other = (force.a, force.b) if side == 0 else (force.b, force.a)
-    inside = (force.time > span[0]) & (force.time < span[1]) & (own > 0.0)
+    run_force, other = (force.a, force.b) if side == 0 else (force.b, force.a)
+    inside = (force.time > span[0]) & (force.time < span[1]) & (run_force > 0.0)
     return bool(inside.any() and not other[inside].any())

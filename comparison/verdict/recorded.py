@@ -21,7 +21,7 @@ from comparison.tables.table import Table, TableError
 from comparison.verdict.channel import NO_CRITERIA, Criteria
 from comparison.verdict.compare import compare as compare_runs
 from comparison.verdict.compare import recorded_scene
-from comparison.verdict.confirmation import confirm_by_ensembles, unconfirmed
+from comparison.verdict.confirmation import confirm_by_ensembles, with_doubt
 from comparison.verdict.results import Doubt, SceneComparison
 
 
@@ -41,7 +41,7 @@ def compare(
     Parameters
     ----------
     a, b
-        The one to be trusted first. Tables such as `sixbar.simulate` returns, data frames whose time (s) is a
+        The trusted one first. Tables such as `sixbar.simulate` returns, data frames whose time (s) is a
         column or the index, or paths, also of other programs' files.
     scene
         Gives the scales of the channels; None: the scene recorded in both tables, else scales are ranges.
@@ -97,10 +97,10 @@ def compare(
 
 @dataclass(frozen=True)
 class ProgramRuns:
-    """Runs of one program; without a finer one it has no uncertainty, and nothing else may be given.
+    """Runs of one program; without a finer one it has no uncertainty, and must have no other run.
 
     The first two perturbed runs are part of the uncertainty, at the coarser setting if there is such a run;
-    any more form an ensemble at the setting of the base. ``refinement`` is the factor between two settings
+    any others form an ensemble at the setting of the base. ``refinement`` is the factor between two settings
     and the order of the error; None: as recorded beside the base.
     """
 
@@ -113,7 +113,7 @@ class ProgramRuns:
 
     @property
     def known_refinement(self) -> tuple[float, float] | None:
-        """Factor and order as given, else those of the recorded model; None for another program."""
+        """Factor and order of the field, else those of the recorded model; None for another program."""
         record = self.base.provenance
         model, scene = record.get("model"), record.get("scene")
         if self.refinement is not None or not isinstance(model, str) or not isinstance(scene, dict):
@@ -125,8 +125,8 @@ class ProgramRuns:
     def runs(self) -> Runs:
         """All runs except the ensemble."""
         first, second, *_ = (*self.perturbed, None, None)
-        known = self.known_refinement
-        return Runs(self.base, self.finer, first, self.coarser, second, *([] if known is None else [known]))
+        refinement = filter(None, [self.known_refinement])
+        return Runs(self.base, self.finer, first, self.coarser, second, *refinement)
 
     def each(self, change: Callable[[Table], Table]) -> Self:
         """Return the program with all its runs changed."""
@@ -152,37 +152,37 @@ def compare_files(
     errors: tuple[Errors, Errors] = (None, None),
     criteria: Criteria = NO_CRITERIA,
 ) -> SceneComparison:
-    """Read and compare the tables of two programs: what ``sixbar compare`` and the fixture of pytest do.
+    """Read and compare the tables of two programs, as ``sixbar compare`` and the fixture of pytest do.
 
-    Without a scene the one that is recorded beside the tables counts; what neither the criteria nor the
-    mapping state is as in the scene. ``errors`` are stated ones of tables without a finer run, by channel.
-    An option without effect gives a warning. Errors are those of
-    `compare_recorded` and `comparison.tables.foreign.read_tables`.
+    Without a scene the one recorded beside the tables counts. Options that neither the criteria nor the
+    mapping state are those of the scene. ``errors`` are the stated ones of tables without a finer run, by
+    channel. An option without effect gives a warning. The errors raised are those of `compare_recorded` and
+    `comparison.tables.foreign.read_tables`.
     """
     files, sides = [file for _, file in (*a, *b)], ["a"] * len(a) + ["b"] * len(b)
     tables, warnings = read_tables(files, sides, mapping, criteria.at_events, only=criteria.channels)
     if scene is None:
         scene, notes = recorded_scene(tables[0], tables[len(a)])
         warnings += notes
-    first = _recorded(a, tables[: len(a)], refinements[0], errors[0])
-    second = _recorded(b, tables[len(a) :], refinements[1], errors[1])
+    first = _program_runs(a, tables[: len(a)], refinements[0], errors[0])
+    second = _program_runs(b, tables[len(a) :], refinements[1], errors[1])
     uncertain = first.finer is not None or second.finer is not None
     defaults = [] if scene is None else [scene.compare.model_dump()]
     defaults += [] if mapping is None else [{"gate": mapping.gate, "channels": mapping.compare}]
-    whole = criteria.over(*defaults)
-    stated = {
+    all_criteria = criteria.over(*defaults)
+    options = {
         "--tolerance": criteria.tolerance is not None or bool(criteria.tolerances),
         "--time-tolerance": "time_tolerance" in criteria.model_fields_set,
         "--share": criteria.share < 1,
         "--absolute": criteria.absolute,
-        "the gate": bool(whole.gate),
+        "the gate": bool(all_criteria.gate),
     }
-    unused, why = [], ""
+    names, why = [], ""
     if uncertain:
-        unused, why = list(stated), ": the uncertainty from finer runs decides"
-    elif whole.tolerance is None and not whole.tolerances:
-        unused, why = ["--time-tolerance", "--share", "--absolute"], " without a tolerance"
-    warnings += tuple(f"{name} has no effect{why}" for name in unused if stated[name])
+        names, why = list(options), ": the uncertainty from finer runs decides"
+    elif all_criteria.tolerance is None and not all_criteria.tolerances:
+        names, why = ["--time-tolerance", "--share", "--absolute"], " without a tolerance"
+    warnings += tuple(f"{name} has no effect{why}" for name in names if options[name])
     if criteria.until is not None and not uncertain:
         warnings += ("--until has no effect: without finer runs it is unknown what is predictable",)
     result = compare_recorded(
@@ -191,68 +191,68 @@ def compare_files(
         scene=scene,
         labels=labels,
         warnings=warnings,
-        criteria=whole,
+        criteria=all_criteria,
     )
-    known = [
-        bool(error) or any(kind == "repeat" for kind, _ in own)
-        for own, error in zip((a, b), errors, strict=True)
+    from_errors = [
+        bool(error) or any(kind == "repeat" for kind, _ in side)
+        for side, error in zip((a, b), errors, strict=True)
     ]
-    return without_error(result, (first, second), known)
+    return without_error(result, (first, second), from_errors)
 
 
 def without_error(
-    result: SceneComparison, programs: Sequence[ProgramRuns], stated: Sequence[bool]
+    result: SceneComparison, programs: Sequence[ProgramRuns], from_errors: Sequence[bool]
 ) -> SceneComparison:
-    """Warn of channels of which no error is known, where others, or further runs, promise one.
+    """Warn of channels without a known error, where other channels, or further runs, promise one.
 
-    A difference of runs that are equal is unconfirmed. ``stated``: whether a program's errors, or repetitions
-    of its table, stand in place of a finer run.
+    A difference of equal runs is unconfirmed. ``from_errors`` is True for a program whose errors, or repeats
+    of its table, take the place of a finer run.
     """
-    for label, own, file in zip(result.labels, programs, stated, strict=True):
-        if own.finer is None:
+    for label, program, from_error in zip(result.labels, programs, from_errors, strict=True):
+        if program.finer is None:
             continue
-        names = [*(result.excited if file else own.base.names)]
-        equal = [name for name in names if np.array_equal(own.finer.values(name), own.base.values(name))]
-        if file and equal:
-            line = f"no error is known of {', '.join(equal)}, which counts as exact apart from its round-off"
-        elif equal == names:
+        names = [*(result.excited if from_error else program.base.names)]
+        ties = [n for n in names if np.array_equal(program.finer.values(n), program.base.values(n))]
+        if from_error and ties:
+            line = f"no error is known of {', '.join(ties)}, which counts as exact apart from its round-off"
+        elif ties == names:
             line = "runs at two settings are equal: is the setting used?"
         else:
             continue
         result = replace(result, warnings=(*result.warnings, f"{label}: {line}"))
-        if equal == names and result.verdict == "differ" and result.confirmation:
-            result = unconfirmed(result, Doubt.NO_EFFECT, result.confirmation.members)
+        if ties == names and result.verdict == "differ" and result.confirmation:
+            result = with_doubt(result, Doubt.NO_EFFECT, result.confirmation.members)
     return result
 
 
-def _recorded(
-    files: Files, tables: Sequence[Table], refinement: tuple[float, float] | None, stated: Errors
+def _program_runs(
+    files: Files, tables: Sequence[Table], refinement: tuple[float, float] | None, errors: Errors
 ) -> ProgramRuns:
     pairs = [(kind, table) for (kind, _), table in zip(files, tables, strict=True)]
     repeats, perturbed = ([t for kind, t in pairs if kind == which] for which in ("repeat", "perturbed"))
-    one: dict[str, Any] = {kind: table for kind, table in pairs if kind not in ("repeat", "perturbed")}
-    if repeats or stated:
-        if "finer" in one:
+    runs: dict[str, Any] = {kind: table for kind, table in pairs if kind not in ("repeat", "perturbed")}
+    if repeats or errors:
+        if "finer" in runs:
             raise TableError(f"{files[0][1]}: has a finer run, from which its error follows; state no other")
-        one["finer"] = off_by(one["base"], stated or {}, repeats)
-    return ProgramRuns(**one, perturbed=perturbed, refinement=refinement)
+        runs["finer"] = with_errors(runs["base"], errors or {}, repeats)
+    return ProgramRuns(**runs, perturbed=perturbed, refinement=refinement)
 
 
-def off_by(base: Table, stated: Pairs[str, float], repeats: Sequence[Table] = ()) -> Table:
-    """Return a run in place of a finer one, which gives a table the errors that are known of it.
+def with_errors(base: Table, errors: Pairs[str, float], repeats: Sequence[Table] = ()) -> Table:
+    """Return a run in place of a finer one, which gives a table its known errors.
 
-    By channel u is the stated number, or `SAFETY_FACTOR` times the largest distance of its repeats.
+    By channel u is the stated number, or `SAFETY_FACTOR` times the largest distance of the table's repeats.
     """
-    if unknown := [name for name in stated if name not in base.channels]:
+    if unknown := [name for name in errors if name not in base.channels]:
         raise TableError(f"{unknown[0]!r}, of which an error is stated, is not a channel of the table")
-    repeats = [_at_its_times(run, base) for run in repeats]
+    repeats = [_align_times(run, base) for run in repeats]
     if any(not np.array_equal(run.time, base.time) for run in repeats):
         raise TableError("a repeat must have the times of its table")
     frame = base.frame.copy()
     for name in base.channels:
-        apart = [np.abs(run.values(name) - base.values(name)) for run in repeats if name in run.names]
+        distances = [np.abs(run.values(name) - base.values(name)) for run in repeats if name in run.names]
         frame[name] += np.max(
-            [np.full(base.time.size, stated.get(name, 0.0) / SAFETY_FACTOR), *apart], axis=0
+            [np.full(base.time.size, errors.get(name, 0.0) / SAFETY_FACTOR), *distances], axis=0
         )
     return replace(base, frame=frame)
 
@@ -276,12 +276,12 @@ def compare_recorded(
         if program.finer is None and (program.coarser is not None or program.perturbed):
             raise TableError(f"{label}: coarser and perturbed runs count only beside a finer one")
     if (a.finer is None) != (b.finer is None):
-        known, lacks = labels[::-1] if a.finer is None else labels
-        warnings += (f"only the error of {known} is known: {lacks} counts as exact apart from its round-off",)
+        owner, exact = labels[::-1] if a.finer is None else labels
+        warnings += (f"only the error of {owner} is known: {exact} counts as exact apart from its round-off",)
         a, b = (program if program.finer else replace(program, finer=program.base) for program in (a, b))
-    a, b = (program.each(partial(_at_its_times, base=program.base)) for program in (a, b))
+    a, b = (program.each(partial(_align_times, base=program.base)) for program in (a, b))
     if a.finer is not None:
-        # Whole revolutions are taken out of the angles: runs that count them differently are one.
+        # Without whole revolutions, runs that count them differently have equal angles.
         a, b = (program.each(partial(unwrap_like, like=a.base)) for program in (a, b))
         for label, program in zip(labels, (a, b), strict=True):
             warnings += _assumptions(label, program)
@@ -293,13 +293,13 @@ def compare_recorded(
         return result
     ensembles = {n: program.perturbed[2:] for n, program in enumerate((a, b)) if program.perturbed[2:]}
     if not ensembles:
-        return unconfirmed(result, Doubt.NO_STARTS)
-    return confirm_by_ensembles(result, runs, ensembles, lambda large: judge(ensembles=large))
+        return with_doubt(result, Doubt.NO_STARTS)
+    return confirm_by_ensembles(result, runs, ensembles, lambda pair: judge(ensembles=pair))
 
 
-def _at_its_times(run: Table, base: Table) -> Table:
-    """Give a run the times of the base where they differ by what adding up steps rounds."""
-    for table in (run, base):  # the comparison refuses what is no number
+def _align_times(run: Table, base: Table) -> Table:
+    """Return a run with the times of the base, where they differ by the rounding of added steps."""
+    for table in (run, base):  # the comparison refuses times that are no numbers
         if table.frame["time"].dtype.kind not in "fiu" or table.time.size == 0:
             return run
     time = base.time
@@ -313,12 +313,12 @@ def _at_its_times(run: Table, base: Table) -> Table:
 
 
 def _assumptions(label: str, program: ProgramRuns) -> tuple[str, ...]:
-    """Return a warning of what a program's uncertainty assumes in place of missing runs or orders."""
+    """Return a warning of the assumptions of a program's uncertainty in place of missing runs or orders."""
     parts = []
     if not program.perturbed and not program.rigid:
         parts.append("without perturbed runs its uncertainty leaves out how neighbouring motions diverge")
     if program.coarser is not None and program.known_refinement is None:
         factor, order = program.runs.refinement
-        assumed = f"factor {factor:g} between its settings and order {order:g} of its error are assumed"
-        parts.append(f"{assumed} (--refinement)")
+        assumption = f"factor {factor:g} between its settings and order {order:g} of its error are assumed"
+        parts.append(f"{assumption} (--refinement)")
     return (f"{label}: {'; '.join(parts)}",) if parts else ()

@@ -1,17 +1,17 @@
 """Refinement of runs until their verdict stands.
 
 Two models with tolerances are judged again at a tenth of these, twice, as long as they differ: of a run with
-few steps u may be too small, which an ensemble does not show.
+few steps u may be too small, and an ensemble does not show that.
 
-Of five bodies, whose steps are fixed, a verdict other than "agree" is judged again at half the step until it
-is "agree", or until "indeterminate" or a difference has outlasted two halvings and the tree of the same
-package, at the tight tier, does not contradict the difference; one that ends without that stands only if the
+Five bodies have fixed steps. A verdict on them other than "agree" is judged again at half the step, until it
+is "agree" or has outlasted two halvings: "indeterminate" then stands, and a difference stands unless the tree
+of the same package, at the tight tier, agrees. If the levels end before, a difference stands only if the
 tree shows it too.
 
 Three step sizes can err alike in stiff contacts (measured at 0.4 mm of clearance: errors of x of 1.3e-6,
-7.5e-7, 7.7e-7, 1.2e-8 and 3.0e-9 m at 2, 1, 0.5, 0.25 and 0.125 us), which an ensemble does not show: its
-starts are moved, not its steps. Numerical errors, the cause of nearly all differences, vanish with the step;
-where "indeterminate" does not, the motion cannot be predicted.
+7.5e-7, 7.7e-7, 1.2e-8 and 3.0e-9 m at 2, 1, 0.5, 0.25 and 0.125 us). An ensemble does not show that: its runs
+have other starts, not other steps. Numerical errors, the cause of nearly all differences, vanish with the
+step; where "indeterminate" does not, the motion cannot be predicted.
 """
 
 from collections.abc import Callable, Sequence
@@ -29,7 +29,7 @@ from comparison.verdict.confirmation import Run, confirm, judge_again, too_slow
 from comparison.verdict.results import SceneComparison
 
 ENOUGH_LEVELS = 2
-"""Levels finer than the first judgement after which "indeterminate" stands, and after which "differ" can."""
+"""Levels finer than the first judgement after which "indeterminate" stands, and "differ" can stand."""
 MOST_LEVELS = 4
 """Levels finer than the first judgement at most: 2 us become 0.125 us, in 16 times the time of a run."""
 SMALLEST_STEP = 1.2e-7
@@ -68,79 +68,79 @@ def settle(
     ``run_families`` is called once a level, and once for the third opinion; the rest is as in `confirm`.
     """
 
-    def confirmed(last: Judgement) -> Judgement:
-        judged = confirm(last.comparison, last.runs, scene=last.scene, models=models, run=run)
-        return replace(last, comparison=judged)
+    def confirm_last(last: Judgement) -> Judgement:
+        comparison = confirm(last.comparison, last.runs, scene=last.scene, models=models, run=run)
+        return replace(last, comparison=comparison)
 
     @cache
     def tree_verdict() -> str:
         """Return the verdict at the tight tier if the tree replaces five bodies there; else ""."""
-        closer = tight(scene, models)
-        if closer is None or any(too_slow(closer, model) for model in models):
+        finer_scene = tight(scene, models)
+        if finer_scene is None or any(too_slow(finer_scene, model) for model in models):
             return ""
-        if (again := run_families(closer)) is None:
+        if (families := run_families(finer_scene)) is None:
             return ""
-        judged = compare(*again, scene=closer, labels=result.labels, tier="tight")
-        return confirm(judged, again, scene=closer, models=models, run=run).verdict
+        comparison = compare(*families, scene=finer_scene, labels=result.labels, tier="tight")
+        return confirm(comparison, families, scene=finer_scene, models=models, run=run).verdict
 
     levels = [Judgement(result, runs, scene)]
     stepped = any(too_slow(scene, model) for model in models)
     if not stepped and (result.verdict != "differ" or None in [finer(model, scene) for model in models]):
-        return confirmed(levels[0])
+        return confirm_last(levels[0])
     while True:
         last = levels[-1]
         verdict = last.comparison.verdict
         enough = not stepped or len(levels) > ENOUGH_LEVELS
         if verdict == "agree" or (verdict == "indeterminate" and enough):
             return last
-        closer = _finer(last.scene, models, len(levels))
+        finer_scene = _finer(last.scene, models, len(levels))
         outlasts = verdict == "differ" and _outlasts(levels, models)
-        if outlasts and (closer is None or not stepped or tree_verdict() != "agree"):
-            return confirmed(last)
-        again = None if closer is None else run_families(closer)
-        if closer is None or again is None:
+        if outlasts and (finer_scene is None or not stepped or tree_verdict() != "agree"):
+            return confirm_last(last)
+        families = None if finer_scene is None else run_families(finer_scene)
+        if finer_scene is None or families is None:
             break
-        judged = judge_again(result, again, closer)
-        judged = replace(judged, refined=result.refined + len(levels), halved=stepped)
-        levels.append(Judgement(judged, again, closer))
+        comparison = judge_again(result, families, finer_scene)
+        comparison = replace(comparison, refined=result.refined + len(levels), halved=stepped)
+        levels.append(Judgement(comparison, families, finer_scene))
     if verdict == "indeterminate":
         return last
     if tree_verdict() == "differ":
-        return confirmed(last)
-    unknown = replace(last.comparison, verdict="indeterminate", unsettled=True, causes=())
-    return replace(last, comparison=unknown)
+        return confirm_last(last)
+    unsettled = replace(last.comparison, verdict="indeterminate", unsettled=True, causes=())
+    return replace(last, comparison=unsettled)
 
 
 def without_violation(
     scene: Scene,
-    failed: Sequence[tuple[str, Outcome]],
+    failures: Sequence[tuple[str, Outcome]],
     models: tuple[str, str],
     run_families: RunFamilies,
 ) -> tuple[Scene, tuple[Runs, Runs], tuple[str]] | None:
     """Return scene, runs and warning one level finer, if all failed runs are five bodies with a violation."""
-    if any(outcome.status != VIOLATED or not too_slow(scene, model) for model, outcome in failed):
+    if any(outcome.status != VIOLATED or not too_slow(scene, model) for model, outcome in failures):
         return None
-    closer = _finer(scene, models, 1)
-    runs = None if closer is None else run_families(closer)
-    if closer is None or runs is None:
+    finer_scene = _finer(scene, models, 1)
+    runs = None if finer_scene is None else run_families(finer_scene)
+    if finer_scene is None or runs is None:
         return None
     step = scene.data["solver"]["exudyn"]["step"]
-    messages = "; ".join(outcome.message for _, outcome in failed)
+    messages = "; ".join(outcome.message for _, outcome in failures)
     warning = f"judged at half the scene's step, {step:g} s, at which five bodies fail: {messages}"
-    return closer, runs, (warning,)
+    return finer_scene, runs, (warning,)
 
 
 def _finer(scene: Scene, models: Sequence[str], level: int) -> Scene | None:
     """Return the scene with each model one level finer that has one; None at the last, or if none has."""
-    closer = scene
+    finer_scene = scene
     for model in dict.fromkeys(models):
         tolerance = scene.data["solver"].get(model, {}).get("tolerance", 1.0)
         if not (model == "reference" and tolerance <= 1.01 * FINEST_TOLERANCE):
-            closer = finer(model, closer) or closer
-    if closer is scene or level > MOST_LEVELS:
+            finer_scene = finer(model, finer_scene) or finer_scene
+    if finer_scene is scene or level > MOST_LEVELS:
         return None
-    small = closer.data["solver"]["exudyn"]["step"] < SMALLEST_STEP
-    return None if small and level > ENOUGH_LEVELS else closer
+    small = finer_scene.data["solver"]["exudyn"]["step"] < SMALLEST_STEP
+    return None if small and level > ENOUGH_LEVELS else finer_scene
 
 
 def _outlasts(levels: Sequence[Judgement], models: Sequence[str]) -> bool:
@@ -148,8 +148,8 @@ def _outlasts(levels: Sequence[Judgement], models: Sequence[str]) -> bool:
     if len(levels) <= ENOUGH_LEVELS:
         return False
     comparison, scene = levels[-1].comparison, levels[-1].scene
-    stepped = [side for side, model in enumerate(models) if too_slow(scene, model)]
-    if not stepped:
+    sides = [side for side, model in enumerate(models) if too_slow(scene, model)]
+    if not sides:
         return True
     ratios = []
     for channel in comparison.with_verdict("differ"):
@@ -157,9 +157,9 @@ def _outlasts(levels: Sequence[Judgement], models: Sequence[str]) -> bool:
         difference = np.abs(channel.difference[mask])
         outside = difference > channel.limits.k * u
         values = [
-            [level.runs[side].base.values(channel.channel)[mask] for side in stepped] for level in levels[-3:]
+            [level.runs[side].base.values(channel.channel)[mask] for side in sides] for level in levels[-3:]
         ]
-        moved = np.abs(np.diff(values, axis=0)).max(axis=(0, 1))
-        ratios.append(moved[outside] / difference[outside])
-    # None: a time shift alone exceeds the tolerance.
+        changes = np.abs(np.diff(values, axis=0)).max(axis=(0, 1))
+        ratios.append(changes[outside] / difference[outside])
+    # Without ratios a time shift alone exceeds the tolerance.
     return not ratios or bool(np.median(np.concatenate(ratios)) <= CONVERGED)

@@ -1,4 +1,4 @@
-"""Results of a comparison as data, of a channel and of a scene at one tier; `comparison.words` says them."""
+"""Results of a comparison as data, of a channel and of a scene at one tier; texts: `comparison.words`."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from comparison.accuracy.uncertainty import combined
 from comparison.execution.run import Job
 from comparison.execution.store import hash_of
 from comparison.metrics import (
-    Between,
+    Extrema,
     Impacts,
     Parting,
     Pulse,
+    contact_places,
     impacts_of,
     maximum,
     measures,
-    places_of,
     rms,
-    scaled,
+    scaled_value,
     time_shares,
     tube_distance,
 )
@@ -66,7 +66,7 @@ METRICS = {
     **dict.fromkeys(("max_scaled", "rms_scaled", "peak_scaled", "peak_time_difference"), 1),
     **dict.fromkeys(("tube_share", "correlation"), -1),
 }
-"""Metrics that a gate can limit: 1 where the size of an error is limited, -1 where a rating must reach it.
+"""Metrics that a gate can limit: 1 if the limit is on the size of an error, -1 if a rating must reach it.
 
 Scaled ones are shares of the channel's scale; `comparison.metrics.measures` has the others.
 """
@@ -82,7 +82,7 @@ class Check:
 
     @property
     def met(self) -> bool:
-        """Whether an error is at most, a rating at least its limit; not where the metric is undefined."""
+        """True for an error of at most, or a rating of at least, the limit; False for an undefined metric."""
         return abs(self.value) <= self.limit if METRICS[self.metric] > 0 else self.value >= self.limit
 
 
@@ -90,8 +90,8 @@ class Check:
 class ChannelComparison:
     """Comparison of one channel of two runs at ``n`` common times; arrays have shape (n,), unknown is nan.
 
-    ``worst`` is the sample with the largest |a - b| / threshold of those that decide, of which ``outside``
-    are outside; ``explained`` the share of the judged samples within.
+    Of the samples that decide, ``worst`` has the largest |a - b| / threshold, and ``outside`` are outside;
+    ``explained`` is the share of the judged samples within.
     """
 
     definition: Channel
@@ -111,13 +111,13 @@ class ChannelComparison:
     worst: int | None = None
     worst_threshold: float = nan
     until: float = nan  # s, predictable before it, see `comparison.verdict.until`; nan where u is None
-    isolated: int = 0  # stretches before that are not predictable and too short to end it
+    isolated: int = 0  # unpredictable stretches before that, too short to end it
     differs_from: float = nan  # s, where too many samples are outside for the first time
     time_tolerance: float = 0.0  # s, by which either may be early or late; 0 where there is an uncertainty
     checks: tuple[Check, ...] = ()
     coverage_error: float = nan  # estimates, by sampling, see `comparison.verdict.compare`
     rms_error: float = nan
-    between: Between = ((), ())  # extrema of a and b at steps between the samples, where both are known
+    extrema: Extrema = ((), ())  # of a and b at steps between the samples; of both or of none
 
     def __repr__(self) -> str:
         """Return name and verdict, not the numbers."""
@@ -169,7 +169,7 @@ class ChannelComparison:
 
     @property
     def nonzero(self) -> BoolArray:
-        """Samples at which not both results are zero: a zero force in both is no evidence."""
+        """Samples at which either result is not zero: a zero force in both is no evidence."""
         return np.asarray((self.a != 0) | (self.b != 0))
 
     @property
@@ -189,9 +189,9 @@ class ChannelComparison:
 
     @property
     def deciding(self) -> tuple[BoolArray, Array]:
-        """Samples that decide, and u, or tolerance / k, on these.
+        """Samples that decide, and u, or tolerance / k, at these.
 
-        All non-zero ones where the largest u of all times decides.
+        They are all non-zero ones where the largest u of all times decides.
         """
         assert self.threshold is not None
         if self.basis is Basis.LARGEST:
@@ -209,7 +209,7 @@ class ChannelComparison:
         """Median threshold of the judged samples over the scale: less is no difference; nan without u."""
         if self.u is None or not self.judged.any():
             return nan
-        return scaled(self.limits.k * float(np.median(self.u[self.judged])), self.scale)
+        return scaled_value(self.limits.k * float(np.median(self.u[self.judged])), self.scale)
 
     @property
     def worst_time(self) -> float:
@@ -239,12 +239,12 @@ class ChannelComparison:
     @property
     def max_scaled(self) -> float:
         """`max_difference` over the scale."""
-        return scaled(self.max_difference, self.scale)
+        return scaled_value(self.max_difference, self.scale)
 
     @property
     def rms_scaled(self) -> float:
         """`rms_difference` over the scale."""
-        return scaled(self.rms_difference, self.scale)
+        return scaled_value(self.rms_difference, self.scale)
 
     @property
     def largest_predictable(self) -> float:
@@ -253,25 +253,25 @@ class ChannelComparison:
 
     @cached_property
     def ratio(self) -> float:
-        """The |a - b| / threshold that the required share of the judged samples stays within.
+        """The |a - b| / threshold that the required share of the judged samples does not exceed.
 
-        The one number of a channel in every report, under `ratio_name`: at most 1 exactly where the channel
+        Every report has this number of a channel, under `ratio_name`: at most 1 exactly where the channel
         agrees, nan unless it agrees or differs by its samples. Where later samples dilute a difference it is
         that of the samples up to `differs_from`.
         """
         if self.verdict not in ("agree", "differ") or self.threshold is None or self.basis is Basis.GATE:
             return nan
         largest = self.basis is Basis.LARGEST
-        counted = self.nonzero if largest else self.judged
+        mask = self.nonzero if largest else self.judged
         limit = np.full(self.time.shape, self.worst_threshold) if largest else self.threshold
-        ratio = self._exceeded(counted, limit)
+        ratio = self._ratio_within(mask, limit)
         if ratio <= 1.0 and self.verdict == "differ":
-            ratio = self._exceeded(counted & (self.time <= self.differs_from), limit)
+            ratio = self._ratio_within(mask & (self.time <= self.differs_from), limit)
         return ratio
 
-    def _exceeded(self, counted: BoolArray, limit: Array) -> float:
-        """Return the |a - b| over a limit that the required share of some samples stays within."""
-        size, limit = self.size[counted], limit[counted]
+    def _ratio_within(self, mask: BoolArray, limit: Array) -> float:
+        """Return the |a - b| over a limit that the required share of the masked samples does not exceed."""
+        size, limit = self.size[mask], limit[mask]
         if not size.size:
             return nan
         ratios = np.sort(np.divide(size, limit, out=np.where(size > 0.0, inf, 0.0), where=limit > 0.0))
@@ -297,7 +297,7 @@ class ChannelComparison:
         if self.verdict == "unexcited":
             return {}
         position = self.definition.rate is not None
-        return measures(self.time, self.a, self.b, position=position, between=self.between)
+        return measures(self.time, self.a, self.b, position=position, extrema=self.extrema)
 
 
 @dataclass(frozen=True)
@@ -305,7 +305,7 @@ class Refinement:
     """Change of one model's settings to the next finer level."""
 
     label: str
-    settings: Mapping[str, float]  # changed ones, before the change; first that whose ratio is the factor
+    settings: Mapping[str, float]  # those that change, as before; first the one whose ratio is the factor
     factor: float
     order: float  # at which the error should follow that setting
     observed: float = nan  # the order that three levels show
@@ -321,11 +321,11 @@ class Attribution:
     """Numbers on the causes of a scene's difference at one tier; unknown values are nan or empty."""
 
     explained: float = nan  # share of the judged samples of all excited channels that are within k u
-    # Share of the difference that is left with the run of "a", "b" or "both" refined
+    # Share of the difference that remains with the run of "a", "b" or "both" refined
     remaining: dict[str, float] = field(default_factory=dict)
     refinements: tuple[Refinement, ...] = ()  # of both models, where both can be refined
-    # Samples of the indeterminate channels that are not predictable: share by the u of "a" alone, of "b"
-    # alone, of "each" by itself, of the two only "together"
+    # Of the unpredictable samples of indeterminate channels, the share by the u of "a" alone, of "b" alone,
+    # of "each" by itself, of the two only "together"
     unpredictable: dict[str, float] = field(default_factory=dict)
     outside_from: float = nan  # first judged sample outside the band or the tolerance, s, and its channel
     outside_in: str = ""
@@ -333,11 +333,11 @@ class Attribution:
 
 @dataclass(frozen=True)
 class Cause:
-    """A cause of a difference that the data name, see `comparison.verdict.diagnosis`; unknown values are nan.
+    """A cause of a difference that the data show, see `comparison.verdict.diagnosis`; unknown values are nan.
 
     ``value`` by kind: "ratio" of the channels, b over a; "offset" and "constant" of b, and one of the
-    "turns", in their unit; "shift" by which b is late, s; "friction", "stiffness" and "restitution" a ratio
-    again, of the coefficient, of the contact's stiffness and of an impulse; "gravity" that of ax, m/s^2.
+    "turns", in their unit; "shift" by which b is late, s; "friction", "stiffness" and "restitution" b over
+    a of the coefficient, of the contact's stiffness and of an impulse; "gravity" the offset of ax, m/s^2.
     """
 
     kind: Literal[
@@ -357,7 +357,7 @@ class Cause:
 
 
 class Doubt(Enum):
-    """Why a difference could not be confirmed."""
+    """Reason for which a difference is not confirmed."""
 
     TOLERANCE = auto()
     RIGID = auto()  # no start can be moved
@@ -391,7 +391,7 @@ class Confirmation:
 
     @property
     def suspicious(self) -> bool:
-        """Whether a discontinuous event decides, possibly an intermittent fault of a model."""
+        """True if a discontinuous event decides, possibly an intermittent fault of a model."""
         return self.outcome == "underestimated" and self.factor > SUSPICIOUS
 
 
@@ -414,23 +414,23 @@ class SceneComparison:
     scene: dict[str, Any] | None = None
     command: str = ""  # that reproduces this comparison
     closer_command: str = ""  # at finer settings, by which it may be decided; of tables, by a tolerance
-    ran: Scene | None = None  # at the settings of this tier; None for tables
-    error: str = ""  # why nothing could be compared: one line, without the scene
-    failed: Job | None = None  # the run that did not succeed, where one is why
+    run_scene: Scene | None = None  # at the settings of this tier; None for tables
+    error: str = ""  # reason for which nothing can be compared: one line, without the scene
+    failed_job: Job | None = None  # the run that did not succeed, if that is the reason
     tier: str = "standard"
     refined: int = 0  # levels finer than the scene's settings, see `comparison.verdict.refinement`
-    halved: bool = False  # these are steps of five bodies, halved, and not tolerances
+    halved: bool = False  # these levels halve steps of five bodies, and do not refine tolerances
     unsettled: bool = False  # indeterminate because refinement still moves the models by their difference
     allowed_shift: float = nan  # time shift that the tolerance allows, s, where it is exceeded
     attribution: Attribution = field(default_factory=Attribution)
-    causes: tuple[Cause, ...] = ()  # in the order of how much they explain
+    causes: tuple[Cause, ...] = ()  # by the share that they explain
     tight: SceneComparison | None = None  # the same scene at the tight tier
     shift: Shift | None = None  # estimated time shift between the two as they are compared
     reliability: ReliabilityComparison | None = None  # of the slider's motion; independent of all verdicts
-    confirmation: Confirmation | None = None  # of a verdict that was "differ" before it
+    confirmation: Confirmation | None = None  # of a verdict "differ", which it may change
     coverage_error: float = nan  # estimate, by sampling
     window: float = nan  # of u(t), to either side, s
-    demand: float | str | None = None  # until when the two have to agree, s, or "any"
+    demand: float | str | None = None  # time until which the two must agree, s, or "any"
 
     def __repr__(self) -> str:
         """Return name, verdict and times, not the curves."""
@@ -445,7 +445,7 @@ class SceneComparison:
     @cached_property
     def hash(self) -> str:
         """SHA-256 (hex) of all that a drawing can show of this tier."""
-        return hash_of(replace(self, tight=None, reliability=None, failed=None))
+        return hash_of(replace(self, tight=None, reliability=None, failed_job=None))
 
     @property
     def decisive(self) -> ChannelComparison | None:
@@ -455,7 +455,7 @@ class SceneComparison:
 
     @property
     def worst_channel(self) -> ChannelComparison | None:
-        """The channel that decides: where indeterminate that with the least coverage, else `decisive`."""
+        """The channel that decides: the one of least coverage if indeterminate, else `decisive`."""
         same = self.with_verdict(self.verdict)
         if self.verdict == "indeterminate" and same:
             return min(same, key=lambda channel: channel.coverage)
@@ -472,7 +472,7 @@ class SceneComparison:
 
     @property
     def has_u(self) -> bool:
-        """Whether there are uncertainties."""
+        """True if there are uncertainties."""
         return any(channel.u is not None for channel in self.channels.values())
 
     @property
@@ -482,29 +482,29 @@ class SceneComparison:
 
     @property
     def until(self) -> float:
-        """Until when the states that are judged, else all channels, are predictable, s; nan without u."""
+        """Time until which the judged states, else all channels, are predictable, s; nan without u."""
         return nan if (first := self.first_unpredictable) is None else first.until
 
     @property
     def since(self) -> float:
-        """From when on the two differ, s; nan if they do not, or by the limits of a gate alone."""
+        """Time from which the two differ, s; nan if they do not, or only by the limits of a gate."""
         return min(
             (c.differs_from for c in self.with_verdict("differ") if not isnan(c.differs_from)), default=nan
         )
 
     @property
     def first_unpredictable(self) -> ChannelComparison | None:
-        """The first channel not to be predictable, of the judged states, else of all; None without u."""
-        known = [channel for channel in self.excited.values() if not isnan(channel.until)]
-        judged = [channel for channel in known if channel.judged.sum() >= channel.limits.least_judged]
-        states = [channel for channel in judged if is_state(channel.definition)]
-        return min(states or judged, key=lambda channel: channel.until, default=None)
+        """The channel that is first unpredictable, of the judged states, else of all; None without u."""
+        channels = [channel for channel in self.excited.values() if not isnan(channel.until)]
+        candidates = [channel for channel in channels if channel.judged.sum() >= channel.limits.least_judged]
+        states = [channel for channel in candidates if is_state(channel.definition)]
+        return min(states or candidates, key=lambda channel: channel.until, default=None)
 
     @property
     def enough(self) -> bool:
-        """Whether the two agree for as long as is demanded.
+        """True if the two agree until the time demanded.
 
-        That is ``demand``; without one the coverage of a scene, the whole of two tables.
+        That is ``demand``; without one the coverage of a scene, or the end of two tables.
         """
         demand = self.demand
         if demand is None:
@@ -534,7 +534,7 @@ class SceneComparison:
         corners = self.scene is None or (
             self.scene["joints"]["slider"] == "clearance" and self.scene["contact"]["law"] != "foundation"
         )
-        if not corners or not self.time.size or not {*places_of(*self.events)} <= {*CONTACTS}:
+        if not corners or not self.time.size or not {*contact_places(*self.events)} <= {*CONTACTS}:
             return None, None
         span = float(self.time[0]), float(self.time[-1])
         first, second = (None if events is None else time_shares(events, span) for events in self.events)
@@ -546,33 +546,34 @@ class SceneComparison:
 
         A contact is predictable where its corner's gap is, or x where the tables hold no gaps.
         """
-        places, gaps = [*CONTACTS, *places_of(*self.events)], ("corner_{}_gap", "{}_gap", "{}.x", "slider_x")
-        known = {place: [self.channels.get(gap.format(place)) for gap in gaps] for place in places}
-        decisive = {place: next(filter(None, of_place), None) for place, of_place in known.items()}
-        predictable = {place: c.predictable for place, c in decisive.items() if c and c.u is not None}
+        places = [*CONTACTS, *contact_places(*self.events)]
+        gaps = "corner_{}_gap", "{}_gap", "{}.x", "slider_x"
+        gap_channels = {place: [self.channels.get(gap.format(place)) for gap in gaps] for place in places}
+        deciding = {place: next(filter(None, of_place), None) for place, of_place in gap_channels.items()}
+        predictable = {place: c.predictable for place, c in deciding.items() if c and c.u is not None}
         return impacts_of(*self.events, time=self.time, period=self.period, predictable=predictable)
 
 
 def decisive(channels: Iterable[ChannelComparison]) -> ChannelComparison | None:
-    """Return the channel with the largest ratio, of equal ones with the largest maximum; None without any."""
-    judged = [channel for channel in channels if not isnan(channel.ratio)]
-    return max(judged, key=lambda channel: (channel.ratio, channel.largest_ratio), default=None)
+    """Return the channel with the largest ratio, of equal ones that with the largest maximum, or None."""
+    candidates = [channel for channel in channels if not isnan(channel.ratio)]
+    return max(candidates, key=lambda channel: (channel.ratio, channel.largest_ratio), default=None)
 
 
 def scene_coverage(channels: Mapping[str, ChannelComparison]) -> float:
     """Return a scene's share of predictable samples: the mean over its excited channels; nan without one.
 
-    A channel without a sample to judge covers nothing, however many samples are predictably zero: a corner
-    that touches only where nothing can be predicted.
+    A channel without a sample to judge counts as zero, however many samples are predictably zero: such as a
+    corner that touches only where nothing is predictable.
     """
-    judged = [
+    shares = [
         0.0
         if isnan(channel.explained) and channel.basis not in (Basis.GATE, Basis.LARGEST)
         else channel.coverage
         for channel in channels.values()
         if channel.verdict != "unexcited"
     ]
-    return sum(judged) / len(judged) if judged else nan
+    return sum(shares) / len(shares) if shares else nan
 
 
 def scene_fields(scene: Scene) -> dict[str, Any]:
@@ -584,9 +585,9 @@ def scene_fields(scene: Scene) -> dict[str, Any]:
 
 
 def no_comparison(
-    scene: Scene, error: str, *, labels: tuple[str, str], command: str, tier: str, failed: Job | None = None
+    scene: Scene, error: str, *, labels: tuple[str, str], command: str, tier: str, job: Job | None = None
 ) -> SceneComparison:
-    """Return the comparison of a scene whose runs cannot be compared: without channels, and why."""
+    """Return the comparison of a scene whose runs cannot be compared: the reason, without channels."""
     return SceneComparison(
         labels,
         "cannot compare",
@@ -595,15 +596,15 @@ def no_comparison(
         **scene_fields(scene),
         warnings=scene.warnings,
         command=command,
-        ran=scene,
+        run_scene=scene,
         error=error,
-        failed=failed,
+        failed_job=job,
         tier=tier,
     )
 
 
 def no_comparison_of_tables(name: str, error: str, labels: tuple[str, str]) -> SceneComparison:
-    """Return the comparison of two tables that cannot be compared: without channels, and why."""
+    """Return the comparison of two tables that cannot be compared: the reason, without channels."""
     return SceneComparison(labels, "cannot compare", np.empty(0), {}, name=name, title=name, error=error)
 
 

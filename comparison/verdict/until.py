@@ -1,4 +1,4 @@
-"""Statements on two results that a longer run keeps: until when they are predictable, since when they differ.
+"""Times that a longer run does not change: the end of what is predictable, the start of a difference.
 
 At a time t they use the samples up to t, those of the window of u(t) after it, and the first `FIRST`, which
 show the size of a motion and its pace. So the samples whose window exceeds the run are withheld, unless its
@@ -37,25 +37,25 @@ def pace(time: Array, curves: Iterable[Array]) -> float:
 
     time, intervals = time[:FIRST], [np.empty(0)]
     for values in (curve[:FIRST] for curve in curves):
-        least = _TURN * float(np.ptp(values))
-        if least > 0.0:
-            turns = [find_peaks(sign * values, prominence=least)[0] for sign in (1.0, -1.0)]
+        prominence = _TURN * float(np.ptp(values))
+        if prominence > 0.0:
+            turns = [find_peaks(sign * values, prominence=prominence)[0] for sign in (1.0, -1.0)]
             intervals.append(np.diff(time[np.sort(np.concatenate(turns))]))
-    known = np.concatenate(intervals)
-    return float(np.median(known) if known.size else time[-1] - time[0])
+    durations = np.concatenate(intervals)
+    return float(np.median(durations) if durations.size else time[-1] - time[0])
 
 
-def settled(time: Array, window: float) -> int:
-    """Return how many samples from the first have a window (s) that does not exceed the run; all if none."""
+def settled_count(time: Array, window: float) -> int:
+    """Return the number of first samples whose window (s) does not exceed the run; that of all if none."""
     return int((windows(time, window)[1] < time.size).sum()) or time.size
 
 
 def until(time: Array, predictable: BoolArray, window: float) -> tuple[float, int]:
-    """Return until when a channel is predictable, s, and the number of shorter stretches that it is not.
+    """Return the time up to which a channel is predictable, s, and the number of shorter gaps before.
 
-    ``predictable`` has the first samples, those that are `settled`. A stretch ends it if it is longer than
-    the window, not counting what the window adds at its ends, as to a single sample. It is the end of the run
-    if none does, its start if nothing is predictable.
+    ``predictable`` has the first samples, `settled_count` of them. A gap ends the time if it is longer than
+    the window, without what the window adds at its ends, as to a single sample. Without such a gap the time
+    is the end of the run; it is the start if nothing is predictable.
     """
     if not predictable.any():
         return float(time[0]), 0
@@ -65,26 +65,26 @@ def until(time: Array, predictable: BoolArray, window: float) -> tuple[float, in
     starts, stops = starts[later], stops[later]
     first, last = windows(time, window)
     long = time[first[stops]] - time[np.minimum(last[starts], time.size - 1)] > window
-    ends = int(long.argmax()) if long.any() else long.size
-    return float(time[starts[ends]] if long.any() else time[-1]), ends
+    count = int(long.argmax()) if long.any() else long.size
+    return float(time[starts[count]] if long.any() else time[-1]), count
 
 
-def covered(predictable: BoolArray, limits: Thresholds) -> BoolArray:
+def has_coverage(predictable: BoolArray, limits: Thresholds) -> BoolArray:
     """Return where the share of predictable samples up to each is the required coverage, shape (n,)."""
     return np.asarray(np.cumsum(predictable) / np.arange(1, predictable.size + 1) >= limits.coverage)
 
 
 def enough(predictable: BoolArray, nonzero: BoolArray, limits: Thresholds) -> BoolArray:
     """Return where the samples up to each are enough to judge a channel by its own thresholds, shape (n,)."""
-    return covered(predictable, limits) & (np.cumsum(predictable & nonzero) >= limits.least_judged)
+    return has_coverage(predictable, limits) & (np.cumsum(predictable & nonzero) >= limits.least_judged)
 
 
 def differs(predictable: BoolArray, nonzero: BoolArray, beyond: BoolArray, limits: Thresholds) -> BoolArray:
     """Return where a channel differs by the samples up to each, shape (n,).
 
-    Of those judged more than a share are outside, and `least_outside` at least; where too few are predictable
-    so many that they were, even with all others explained.
+    More than a share of the judged ones are outside, and `least_outside` at least. Where too few samples are
+    predictable, it must be more than that share even with all others explained.
     """
-    judged, outside = np.cumsum(predictable & nonzero), np.cumsum(beyond)
-    counted = np.maximum(np.where(covered(predictable, limits), judged, np.cumsum(nonzero)), 1)
-    return np.asarray((outside >= limits.least_outside) & ((counted - outside) / counted < limits.share))
+    counts, outside = np.cumsum(predictable & nonzero), np.cumsum(beyond)
+    totals = np.maximum(np.where(has_coverage(predictable, limits), counts, np.cumsum(nonzero)), 1)
+    return np.asarray((outside >= limits.least_outside) & ((totals - outside) / totals < limits.share))

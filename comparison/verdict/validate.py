@@ -1,6 +1,6 @@
 """The main job: run scenes by two models at both tiers, with refined and perturbed runs, and compare them.
 
-Of three or more models the verdicts of all pairs say which one is the outlier.
+For three or more models the verdicts of all pairs show the outlier.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -43,10 +43,10 @@ Jobs = dict[tuple[str, str], Job]
 
 @dataclass(frozen=True)
 class Validation:
-    """Results of a scene: the comparison, its runs if all succeeded, else what there is of one that did not.
+    """Results of a scene: the comparison and its runs if all succeeded, else the data of one that did not.
 
-    That is, by tier, model and run ("tight exudyn finer"), the table up to where the model stopped or, where
-    it violated an invariant, complete.
+    These are, by tier, model and run ("tight exudyn finer"), the table up to the end of the run, or the
+    complete one of a run that violated an invariant.
     """
 
     comparison: SceneComparison  # at the standard tier; that at the tight one is in its ``tight``
@@ -83,7 +83,7 @@ def validate(
         refined: then the scene's ``[compare] tolerance`` decides.
     n_jobs
         Worker processes: a script that calls this needs ``if __name__ == "__main__":``. With 0 all runs
-        are of this process.
+        are in this process.
     accuracy
         For both models at the standard tier, as in `comparison.accuracy.refine.accurate_run`; None: the
         scenes' settings.
@@ -124,31 +124,31 @@ def validate(
         failed |= any(outcome.table is None and outcome.partial is None for outcome in outcomes)
         return outcomes
 
-    several: Iterable[Any] = [scenes]
+    sources: Iterable[Any] = [scenes]
     if isinstance(scenes, Iterable) and not isinstance(scenes, str | Mapping):
-        several = scenes
-    checked = [as_scene(scene) for scene in several]
-    if not checked:
+        sources = scenes
+    scene_list = [as_scene(scene) for scene in sources]
+    if not scene_list:
         raise SceneError("scenes names none")
-    first, second, *more = distinct_models(models)
-    if more:
+    first, second, *others = distinct_models(models)
+    if others:
         raise EngineError(f"models {models!r} must be two; sixbar validate takes more, in pairs")
     work: dict[str, Any] = {"n_jobs": n_jobs, "tiers": [tiers] if isinstance(tiers, str) else list(tiers)}
     _Work(**work)
-    cases = [case for scene in checked for case in _cases(scene, (first, second), accuracy, tiers, start)]
+    cases = [case for scene in scene_list for case in _cases(scene, (first, second), accuracy, tiers, start)]
     # All that can change a result
     code = [fingerprint(first, raw_hash), fingerprint(second, raw_hash), package_hash(), platform_name()]
     keys = [
         hash_of([case.scene, case.tier, case.models, case.command, case.closer_command, code])
         for case in cases
     ]
-    known = [fetch(key) for key in keys]
-    waiting = [case for case, result in zip(cases, known, strict=True) if result is None]
-    outcomes = iter(start([job for case in waiting for jobs in case.jobs for job in jobs.values()]))
+    hits = [fetch(key) for key in keys]
+    misses = [case for case, result in zip(cases, hits, strict=True) if result is None]
+    outcomes = iter(start([job for case in misses for jobs in case.jobs for job in jobs.values()]))
     results: list[Validation] = []
-    for case, key, result in zip(cases, keys, known, strict=True):
+    for case, key, result in zip(cases, keys, hits, strict=True):
         if result is None:
-            result = case.validate(*({which: next(outcomes) for which in jobs} for jobs in case.jobs))
+            result = case.validate(*({name: next(outcomes) for name in jobs} for jobs in case.jobs))
             reliability = result.comparison.reliability
             # A run that left no table may succeed the next time.
             if not (result.comparison.error or failed or (reliability and reliability.missing)):
@@ -188,52 +188,52 @@ class Case:
 
     @cached_property
     def jobs(self) -> tuple[Jobs, Jobs, Jobs]:
-        """Runs of the scene, those of other packages' models with the samples of the reliability, ideal ones.
+        """Runs of the scene, of other packages' models with the samples of the reliability, and ideal ones.
 
         Our models run once, for both. Another package's model may lack accelerations that the scene does not
-        ask for, and chooses its times.
+        need, and chooses its times.
         """
-        own = {which: replace(job, dense=job.model in MODELS) for which, job in self.own.items()}
-        others = [model for model in self.models if model not in MODELS]
-        return own, families(dense_scene(self.scene), others), self.ideal
+        scene_jobs = {key: replace(job, dense=job.model in MODELS) for key, job in self.scene_jobs.items()}
+        other_models = [model for model in self.models if model not in MODELS]
+        return scene_jobs, families(dense_scene(self.scene), other_models), self.ideal_jobs
 
     @cached_property
-    def ideal(self) -> Jobs:
+    def ideal_jobs(self) -> Jobs:
         """Runs of the ideal mechanism."""
         return {
-            (model, which): Job(scene, model)
+            (model, name): Job(scene, model)
             for model in self.models
-            for which, scene in ideal_scenes(self.scene, model).items()
+            for name, scene in ideal_scenes(self.scene, model).items()
         }
 
     @cached_property
-    def own(self) -> Jobs:
+    def scene_jobs(self) -> Jobs:
         """Runs with the samples of the scene."""
         return families(self.scene, self.models)
 
-    def validate(self, own: Outcomes, dense: Outcomes, ideal: Outcomes) -> Validation:
-        """Compare the runs of the scene and, of these and the ideal ones, the reliabilities.
+    def validate(self, outcomes: Outcomes, dense: Outcomes, ideal: Outcomes) -> Validation:
+        """Compare the runs of the scene and, from these and the ideal ones, the reliabilities.
 
-        Of the runs are left those of the standard tier, at the samples of the scene.
+        The result has the runs of the standard tier, at the samples of the scene.
         """
-        result = self.judge(own)
+        result = self.judge(outcomes)
         if not result.runs:
             return result
-        reliability, runs = self.reliability(own | dense, ideal, result.runs), {}
+        reliability, runs = self.reliability(outcomes | dense, ideal, result.runs), {}
         for model, run in result.runs.items() if self.tier != "tight" else ():
             tables = {kind: replace(table, dense=None) for kind, table in run.tables.items()}
             runs[model] = Runs(**tables, refinement=run.refinement)
         return Validation(replace(result.comparison, reliability=reliability), runs)
 
     def judge(self, outcomes: Outcomes) -> Validation:
-        """Compare the runs of the scene, and settle what is open with further ones."""
+        """Compare the runs of the scene, and settle an open verdict by further runs."""
         scene, models = self.scene, self.models
         warnings: tuple[str, ...] = ()
-        if failed := unusable(outcomes):
-            of_models = [(model, outcome) for (model, _), outcome in failed.items()]
-            finer = without_violation(scene, of_models, models, self.run_families)
+        if failures := unusable(outcomes):
+            items = [(model, outcome) for (model, _), outcome in failures.items()]
+            finer = without_violation(scene, items, models, self.run_families)
             if finer is None:
-                return self.failure(failed)
+                return self.failure(failures)
             scene, pair, warnings = finer
         else:
             pair = runs_by_model(scene, models, outcomes)
@@ -247,20 +247,20 @@ class Case:
                 tier=self.tier,
             )
         except TableError as error:
-            return Validation(self.refused(str(error)))
-        settled = settle(
-            replace(comparison, command=self.command, refined=1 if failed else 0, halved=bool(failed)),
+            return Validation(self.refusal(str(error)))
+        last = settle(
+            replace(comparison, command=self.command, refined=1 if failures else 0, halved=bool(failures)),
             pair,
             scene=scene,
             models=models,
             run=self.run,
             run_families=self.run_families,
         )
-        comparison = replace(settled.comparison, ran=settled.scene, closer_command=self.closer_command)
-        return Validation(comparison, dict(zip(models, settled.runs, strict=True)))
+        comparison = replace(last.comparison, run_scene=last.scene, closer_command=self.closer_command)
+        return Validation(comparison, dict(zip(models, last.runs, strict=True)))
 
     def run(self, starts: Sequence[Scene], model: str) -> list[Table]:
-        """Run an ensemble; the tables of what succeeded."""
+        """Run an ensemble; return the tables of the runs that succeeded."""
         members = self.start([Job(scene, model) for scene in starts])
         return [outcome.table for outcome in members if outcome.table is not None]
 
@@ -270,42 +270,42 @@ class Case:
         outcomes = dict(zip(jobs, self.start(list(jobs.values())), strict=True))
         return None if unusable(outcomes) else runs_by_model(scene, self.models, outcomes)
 
-    def failure(self, failed: Outcomes, jobs: Jobs | None = None) -> Validation:
-        """Report a run that did not succeed: of several the first that crashed, if one did."""
-        which = next((name for name in failed if failed[name].status == "crashed"), next(iter(failed)))
-        name, outcome, job = " ".join((self.tier, *which)), failed[which], (jobs or self.own)[which]
+    def failure(self, failures: Outcomes, jobs: Jobs | None = None) -> Validation:
+        """Report a failed run: of several the first that crashed, if one did."""
+        key = next((name for name in failures if failures[name].status == "crashed"), next(iter(failures)))
+        name, outcome, job = " ".join((self.tier, *key)), failures[key], (jobs or self.scene_jobs)[key]
         return Validation(
-            self.refused(failure(job.model, outcome), None if outcome.status == "bad input" else job),
+            self.refusal(failure(job.model, outcome), None if outcome.status == "bad input" else job),
             crashed=outcome.status == "crashed",
             partial={} if outcome.partial is None else {name: outcome.partial},
             tracebacks={name: outcome.traceback} if outcome.traceback else {},
         )
 
-    def refused(self, error: str, failed: Job | None = None) -> SceneComparison:
-        """Return a comparison without channels that has the reason."""
+    def refusal(self, error: str, job: Job | None = None) -> SceneComparison:
+        """Return a comparison with the reason, without channels."""
         return no_comparison(
-            self.scene, error, labels=self.models, command=self.command, tier=self.tier, failed=failed
+            self.scene, error, labels=self.models, command=self.command, tier=self.tier, job=job
         )
 
     def reliability(
-        self, dense: Outcomes, ideal: Outcomes, judged: Mapping[str, Runs]
+        self, dense: Outcomes, ideal: Outcomes, fallback: Mapping[str, Runs]
     ) -> ReliabilityComparison | None:
-        """Compare the reliabilities of both models, by dense runs or else those that were ``judged``.
+        """Compare the reliabilities of both models, by the dense runs or else by ``fallback``.
 
-        A failed run for it is only reported. There is none of a linkage without clearance.
+        A failed run is only reported. A linkage without clearance has no reliability.
         """
-        settings, unable = self.scene.reliability, ("bad input", "unusable")
+        settings, statuses = self.scene.reliability, ("bad input", "unusable")
         if not ideal:  # of a linkage
             return ReliabilityComparison(settings) if self.scene.loose else None
-        if any(model not in MODELS and outcome.status in unable for (model, _), outcome in ideal.items()):
+        if any(model not in MODELS and outcome.status in statuses for (model, _), outcome in ideal.items()):
             return None
-        own, others, still = self.jobs
-        for jobs, outcomes in ((own | others, dense), (still, ideal)):
-            for which, outcome in unusable(outcomes).items():
-                return ReliabilityComparison(settings, missing=RunError(outcome, jobs[which]))
+        scene_jobs, other_jobs, ideal_jobs = self.jobs
+        for jobs, outcomes in ((scene_jobs | other_jobs, dense), (ideal_jobs, ideal)):
+            for key, outcome in unusable(outcomes).items():
+                return ReliabilityComparison(settings, missing=RunError(outcome, jobs[key]))
         base = ideal_scenes(self.scene, self.models[0])["base"]  # refined by other settings than the scene
         first, second = self.models
-        runs = runs_by_model(self.scene, self.models, dense) if dense else (judged[first], judged[second])
+        runs = runs_by_model(self.scene, self.models, dense) if dense else (fallback[first], fallback[second])
         ideals = runs_by_model(base, self.models, ideal)
         try:
             quantities = compare_reliability(
@@ -321,8 +321,8 @@ class LinkageCase(Case):
 
     @cached_property
     def jobs(self) -> tuple[Jobs, Jobs, Jobs]:
-        """The ideal runs, where there are any: others start when the first runs are read."""
-        return {}, {}, self.ideal
+        """The ideal runs, if any: the others start when the first runs are read."""
+        return {}, {}, self.ideal_jobs
 
     def judge(self, outcomes: Outcomes) -> Validation:
         """Run both models, and compare them."""
@@ -330,9 +330,9 @@ class LinkageCase(Case):
         try:
             comparison, programs = linkage_pair(self.scene, self.models, self.start).judge()
         except ModelError as error:
-            return self.failure({error.which: error.outcome}, {error.which: error.job})
+            return self.failure({error.key: error.outcome}, {error.key: error.job})
         except TableError as error:
-            return Validation(self.refused(str(error)))
+            return Validation(self.refusal(str(error)))
         runs = {model: program.runs for model, program in zip(self.models, programs, strict=True)}
         return Validation(replace(comparison, command=self.command), runs)
 
@@ -344,7 +344,7 @@ def _cases(
     tiers: Sequence[str],
     start: Callable[[Sequence[Job]], list[Outcome]],
 ) -> list[Case]:
-    """Return the cases to compare of a scene, by tier."""
+    """Return the cases of a scene to compare, by tier."""
     standard = with_declared(scene, models)
     if scene.is_linkage:
         if accuracy is not None:
@@ -358,7 +358,7 @@ def _cases(
             values |= chosen_settings(model, accuracy, standard, start)
         standard = standard.variant(values)
     command, closer = (
-        scene.command("validate", *options(models, wanted, tiers)) for wanted in (accuracy, "strict")
+        scene.command("validate", *options(models, level, tiers)) for level in (accuracy, "strict")
     )
     refinable = set(models) <= set(MODELS) and accuracy in (None, "draft", "standard")
     cases = [Case(standard, "standard", models, start, command, closer if refinable else "")]
@@ -367,7 +367,7 @@ def _cases(
 
 def unusable(outcomes: Outcomes) -> Outcomes:
     """Return the outcomes without a table that a family can use."""
-    return {which: outcome for which, outcome in outcomes.items() if usable_table(which[1], outcome) is None}
+    return {key: outcome for key, outcome in outcomes.items() if usable_table(key[1], outcome) is None}
 
 
 # ---- all pairs of several models
@@ -377,7 +377,7 @@ def unusable(outcomes: Outcomes) -> Outcomes:
 class Standing:
     """Position of the models of a scene to each other.
 
-    ``outcome``: "agree", all pairs; "outlier", one model differs from all others, which agree; "differ"
+    ``outcome``: "agree", all pairs agree; "outlier", one model differs from all others, which agree; "differ"
     without an outlier; "undecided", a pair is indeterminate; "cannot compare", fewer than two models can be
     compared.
     """
@@ -385,7 +385,7 @@ class Standing:
     outcome: str
     outlier: str
     compared: tuple[str, ...]
-    left_out: tuple[str, ...]  # cannot be compared with any other model
+    left_out: tuple[str, ...]  # those without a comparable other model
     verdicts: Mapping[Pair, str]  # of the pairs of those compared
 
 
@@ -399,14 +399,14 @@ def standing(models: Sequence[str], verdicts: Mapping[Pair, str]) -> Standing:
     comparable = {
         model for pair, verdict in verdicts.items() if verdict != "cannot compare" for model in pair
     }
-    compared = tuple(model for model in models if model in comparable)
+    members = tuple(model for model in models if model in comparable)
     left_out = tuple(model for model in models if model not in comparable)
-    counted = {pair: verdicts[pair] for pair in pairs(compared)}
-    outlier, values = "", set(counted.values())
-    for model in compared if len(compared) > 2 else ():  # of two neither is one
-        if all(verdict == ("differ" if model in pair else "agree") for pair, verdict in counted.items()):
+    by_pair = {pair: verdicts[pair] for pair in pairs(members)}
+    outlier, values = "", set(by_pair.values())
+    for model in members if len(members) > 2 else ():  # two have no outlier
+        if all(verdict == ("differ" if model in pair else "agree") for pair, verdict in by_pair.items()):
             outlier = model
-    if not compared:
+    if not members:
         outcome = "cannot compare"
     elif values == {"agree"}:
         outcome = "agree"
@@ -414,4 +414,4 @@ def standing(models: Sequence[str], verdicts: Mapping[Pair, str]) -> Standing:
         outcome = "outlier"
     else:
         outcome = "differ" if values <= {"agree", "differ"} else "undecided"
-    return Standing(outcome, outlier, compared, left_out, counted)
+    return Standing(outcome, outlier, members, left_out, by_pair)

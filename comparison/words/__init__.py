@@ -1,1 +1,1 @@
-"""Sentences about results: the only place that makes them, of numbers that other rooms found."""
+"""Sentences about results. Only this package makes sentences; the numbers are of other packages."""

@@ -22,7 +22,7 @@ _UNMEASURED = "not measured on this scene: estimate it by --check"
 
 
 def error_of(expected: Forecast) -> str:
-    """Return the measured error of a scene's settings, or how to find it."""
+    """Return the measured error of a scene's settings, or the option that estimates it."""
     known = expected.own and isfinite(expected.error)
     span = "cycle" if expected.cycles == 1.0 else f"{expected.cycles:g} cycles"
     return f"{expected.error:.2g} m of slider_x over the first {span}" if known else _UNMEASURED
@@ -36,13 +36,13 @@ def expectation(expected: Forecast) -> str:
     return f"expected: {error_of(expected)}, and {time}"
 
 
-def unmeasured(expected: Forecast) -> str:
-    """Return a sentence if the error of a built-in model's settings was not measured on a scene, else ""."""
+def unmeasured_note(expected: Forecast) -> str:
+    """Return a sentence if the error of a built-in model's settings is not measured on a scene, else ""."""
     return "" if expected.own or not expected.scene else f"the error of slider_x was {_UNMEASURED}"
 
 
 def channels_line(scene: Scene) -> str:
-    """Return a one-line summary of what a scene requests."""
+    """Return a one-line summary of the time span and the channels of a scene."""
     groups = ", ".join(["motion", *scene.data["output"]["groups"]])
     span = f"{scene.duration:g} s"
     if (speed := scene.data["drive"].get("speed_rpm")) is not None:
@@ -51,7 +51,7 @@ def channels_line(scene: Scene) -> str:
 
 
 def changes_line(base: str, changes: Sequence[tuple[str, Any, Any]]) -> str:
-    """Return the keys that differ from the scene that one extends, with its values; empty without any."""
+    """Return the keys that differ from the base scene, with both values; empty without any."""
     keys = ", ".join(f"{key} = {readable(here)} ({readable(there)})" for key, there, here in changes)
     return f"  changed     from {base}: {keys}" if keys else ""
 
@@ -69,7 +69,7 @@ def plan_lines(plan: Plan) -> list[str]:
     items += [("follows", follows)] if plan.prescribed else []
     items += [("contacts", ", ".join(plan.contacts) or "none")]
     items += [("load", plan.load)] if plan.load else []
-    items += [("left out", f"{what}: {why}") for what, why in plan.left_out]
+    items += [("left out", f"{item}: {reason}") for item, reason in plan.left_out]
     items += [("note", plan.note)] if plan.note else []
     items += [("error", error_of(expected))] if expected else []
     if expected and isfinite(expected.seconds):
@@ -96,7 +96,7 @@ def accuracy_line(run: AccurateRun) -> str:
     estimate, scene = run.estimate, run.level.scene
     if estimate is None:
         unrefined = "finer" not in run.level.outcomes
-        why = "the model has neither a step nor a tolerance" if unrefined else _stopped(run.failure)
+        why = "the model has neither a step nor a tolerance" if unrefined else _stop_reason(run.failure)
         return f"the error is unknown: {why}{cost}"
     if run.wanted is None:
         parts = ", ".join(f"{estimate.error_on(share):.2g} m on {share:.0%}" for share in (0.5, 0.9, 1.0))
@@ -116,7 +116,7 @@ def accuracy_line(run: AccurateRun) -> str:
         return line + (exact if scene.loose == ("crank_pin",) else "") + cost
     reason = {
         Limit.DIVERGENCE: f"No setting does better{_divergence(scene, estimate)}",
-        Limit.FAILURE: f"Finer settings have no result: {_stopped(run.failure)}",
+        Limit.FAILURE: f"Finer settings have no result: {_stop_reason(run.failure)}",
         Limit.FINEST: "No finer setting is measured",
     }[run.limit or Limit.FINEST]
     return (
@@ -126,7 +126,7 @@ def accuracy_line(run: AccurateRun) -> str:
 
 
 def _way_out(run: AccurateRun) -> str:
-    """Return a clause on the formulation that errs less, where the steps of this one are the limit."""
+    """Return a clause on the formulation with smaller errors, if the steps of this one are the limit."""
     from comparison.accuracy.refine import Limit
 
     scene, model = run.level.scene, run.model
@@ -145,7 +145,7 @@ def _setting(scene: Scene, model: str) -> str:
 
 
 def _divergence(scene: Scene, estimate: Estimate) -> str:
-    """Return a clause on how far neighbouring trajectories diverge; empty where they do not."""
+    """Return a clause on the divergence of neighbouring trajectories; empty without one."""
     from comparison.accuracy.uncertainty import SAFETY_FACTOR, perturbation
 
     farthest = float(estimate.spread.max()) / SAFETY_FACTOR
@@ -155,7 +155,7 @@ def _divergence(scene: Scene, estimate: Estimate) -> str:
     return f", since trajectories from starts {starts} apart diverge by up to {farthest:.2g} m"
 
 
-def _stopped(outcome: Outcome | None) -> str:
+def _stop_reason(outcome: Outcome | None) -> str:
     if outcome is None:
         return "no perturbed run succeeded"
     return f"{outcome.status}, {outcome.message}" if outcome.message else outcome.status

@@ -6,7 +6,7 @@ from math import ceil, isfinite, isnan, log10, nan
 import pandas as pd
 
 from comparison.formatting import NO_BREAK, percent, quantity
-from comparison.metrics import places_of
+from comparison.metrics import contact_places
 from comparison.scene.keys import readable
 from comparison.tables.channels import CONTACTS, PIN
 from comparison.tables.units import parse_unit
@@ -42,8 +42,8 @@ _UNPREDICTABLE = {
 
 _DIGITS = 7  # most digits of a number
 _FEW = 3  # most names or scenes in one sentence
-_SHOWN = 0.01  # share of the difference left without a cause, from which on it is stated
-_NEAR = 1e-3  # permitted relative distance of an inexact ratio from that of two units
+_LEAST_REST = 0.01  # least share of the difference without a cause that a sentence states
+_ERROR = 1e-3  # permitted relative distance of an inexact ratio from that of two units
 # Units that programs write instead of an SI unit.
 _UNITS = {
     "m": ("mm", "cm", "in", "ft"),
@@ -66,36 +66,34 @@ def causes(scene: SceneComparison) -> list[str]:
 def lead(scenes: Sequence[SceneComparison]) -> list[str]:
     """Return the first lines of a report: all causes of one scene, the first of each of several.
 
-    The causes are those of the tightest tier that names one.
+    The causes are those of the tightest tier that has one.
     """
     lines: list[str] = []
     for scene in scenes:
         texts = next((texts for tier in reversed(scene.tiers) if (texts := causes(tier))), [])
         lines += texts if len(scenes) == 1 else [f"{scene.name}: {text}" for text in texts[:1]]
-    left = len(lines) - _FEW
-    return [*lines[:_FEW], f"{left} more causes are on the page"] if left > 1 else lines
+    rest = len(lines) - _FEW
+    return [*lines[:_FEW], f"{rest} more causes are on the page"] if rest > 1 else lines
 
 
 def cause(one: Cause, scene: SceneComparison) -> str:
-    """Return a cause as a sentence without full stop, with the share of the difference that it leaves."""
-    rest = f"; without it {one.rest:.0%} of the difference is left" if one.rest >= _SHOWN else ""
+    """Return a cause as a sentence without full stop, with the share that remains without it."""
+    rest = f"; without it {one.rest:.0%} of the difference is left" if one.rest >= _LEAST_REST else ""
     return _cause_of(one, scene) + rest
 
 
 def _cause_of(one: Cause, scene: SceneComparison) -> str:
     a, b = scene.labels
-    name, several = _named(one.channels), len(one.channels) > 1
+    name, several = _names(one.channels), len(one.channels) > 1
     unit = scene.channels[one.channels[0]].unit if one.channels else ""
     those = "those" if several else "that"
     of_b = f"{name} of {b} {'are' if several else 'is'}"
     place = _place(one.place)
     impact = f"the first impact, at {one.time:.6g} s ({place}),"
-    known = _round(one.value, one.uncertainty)
+    factor = _round(one.value, one.uncertainty)
     match one.kind:
         case "keys":
-            keys = [
-                f"{key} is {readable(its)} in {a} and {readable(own)} in {b}" for key, its, own in one.keys
-            ]
+            keys = [f"{key} is {readable(x)} in {a} and {readable(y)} in {b}" for key, x, y in one.keys]
             more = len(keys) - _FEW
             return "; ".join(keys[:_FEW] + [f"{more} more keys of the scenes differ"] * (more > 0))
         case "ratio":
@@ -108,28 +106,28 @@ def _cause_of(one: Cause, scene: SceneComparison) -> str:
         case "constant":
             return f"{of_b} constant, {quantity(one.value, unit)}"
         case "shift":
-            late, early = (b, a) if one.value > 0 else (a, b)
+            later, earlier = (b, a) if one.value > 0 else (a, b)
             size = _round(abs(one.value), one.uncertainty, "s")
-            return f"{late} is later than {early} by {size} in {name}"
+            return f"{later} is later than {earlier} by {size} in {name}"
         case "friction":
-            its, own = (f"{value:.6g}" for value in one.values)  # noqa: PD011
-            return f"friction over normal force is {its} in {a} and {own} in {b}, {known} times"
+            x, y = (f"{value:.6g}" for value in one.values)  # noqa: PD011
+            return f"friction over normal force is {x} in {a} and {y} in {b}, {factor} times"
         case "gravity":
             size = _round(one.value, one.uncertainty, unit, sign=True)
             return f"before the first contact {name} differs by {size} in {b}, whatever slider_ay is: gravity"
         case "stiffness":
             return (
-                f"{impact} has equal impulses, and forces as of {known} times the stiffness in {b}: "
+                f"{impact} has equal impulses, and forces as of {factor} times the stiffness in {b}: "
                 "the material, radius or stiffness of the contact"
             )
         case "restitution":
             return (
-                f"{impact} has {known} times the impulse in {b}, at equal approach speed: "
+                f"{impact} has {factor} times the impulse in {b}, at equal approach speed: "
                 "restitution or damping"
             )
         case "contact":
-            having, lacking = (a, b) if one.side == "b" else (b, a)
-            return f"{lacking} lacks the contact of the {place} at {one.time:.6g} s, which {having} has"
+            owner, other = (a, b) if one.side == "b" else (b, a)
+            return f"{other} lacks the contact of the {place} at {one.time:.6g} s, which {owner} has"
 
 
 def _ratio(one: Cause, of_b: str, of_a: str, unit: str, labels: tuple[str, str]) -> str:
@@ -144,26 +142,26 @@ def _ratio(one: Cause, of_b: str, of_a: str, unit: str, labels: tuple[str, str])
     text += (
         f", {'plus' if one.offset > 0 else 'minus'} {quantity(abs(one.offset), unit)}" if one.offset else ""
     )
-    for other in _UNITS.get(unit, ()):
-        units = parse_unit(unit), parse_unit(other)
+    for candidate in _UNITS.get(unit, ()):
+        units = parse_unit(unit), parse_unit(candidate)
         assert units[0] is not None
         assert units[1] is not None
         times = float(units[0].factor / units[1].factor)
         for label, factor in ((labels[1], times), (labels[0], 1.0 / times)):
-            if abs(size / factor - 1.0) <= max(_NEAR if one.rest > 1e-6 else 1e-6, one.uncertainty / size):
-                rest = labels[0] if label == labels[1] else labels[1]
-                return f"{text}: perhaps {other} in {label} and {unit} in {rest}"
+            if abs(size / factor - 1.0) <= max(_ERROR if one.rest > 1e-6 else 1e-6, one.uncertainty / size):
+                partner = labels[0] if label == labels[1] else labels[1]
+                return f"{text}: perhaps {candidate} in {label} and {unit} in {partner}"
     return text
 
 
-def _named(channels: Sequence[str]) -> str:
+def _names(channels: Sequence[str]) -> str:
     if len(channels) <= _FEW:
         return " and ".join(filter(None, (", ".join(channels[:-1]), channels[-1]))) if channels else ""
     return f"{', '.join(channels[: _FEW - 1])} and {len(channels) - _FEW + 1} more channels"
 
 
 def _round(value: float, uncertainty: float, unit: str = "", *, sign: bool = False) -> str:
-    """Return a number with its significant digits, and its uncertainty where it affects them."""
+    """Return a number with its significant digits, and with its uncertainty if that affects them."""
     share = uncertainty / abs(value) if value and not isnan(uncertainty) else 0.0
     if share < 10.0**-_DIGITS:
         return f"{value:{'+' if sign else ''}#.{_DIGITS}g} {unit}".rstrip().removesuffix(".")
@@ -181,8 +179,8 @@ def instant_of(time: float, scene: SceneComparison) -> str:
         cycles, start = time / scene.period, scene.scene["mechanism"]["crank_angle_deg"]
         sense = -1.0 if scene.scene["drive"]["speed_rpm"] < 0 else 1.0
         where += f" (cycle {int(cycles) + 1}, crank at {(start + sense * 360 * cycles) % 360:.0f}°)"
-    recorded = zip(scene.labels, scene.events, strict=True)
-    contacts = {label: contact(time, events) for label, events in recorded if events is not None}
+    tables = zip(scene.labels, scene.events, strict=True)
+    contacts = {label: contact(time, events) for label, events in tables if events is not None}
     if len(set(contacts.values())) <= 1:
         return ", ".join([where, *list(contacts.values())[:1]])
     return f"{where}, " + ", ".join(f"{words} ({label})" for label, words in contacts.items())
@@ -190,13 +188,13 @@ def instant_of(time: float, scene: SceneComparison) -> str:
 
 def contact(time: float, events: pd.DataFrame) -> str:
     """Return the places in contact at an instant (s), or those of the last contact before it."""
-    begun = events[events["start"] <= time]
-    if begun.empty:
+    contacts = events[events["start"] <= time]
+    if contacts.empty:
         return "before the first contact"
-    current, word = begun[begun["end"] >= time], "during"
-    if current.empty:
-        current, word = begun[begun["end"] == begun["end"].max()], "after"
-    return f"{word} contact of {' and '.join(map(_the, places_of(current)))}"
+    rows, word = contacts[contacts["end"] >= time], "during"
+    if rows.empty:
+        rows, word = contacts[contacts["end"] == contacts["end"].max()], "after"
+    return f"{word} contact of {' and '.join(map(_the, contact_places(rows)))}"
 
 
 def _place(place: str) -> str:
@@ -208,7 +206,7 @@ def _the(place: str) -> str:
 
 
 def confirmation(scene: SceneComparison) -> str:
-    """Return the result of the ensembles for a verdict "differ"; empty where none ran."""
+    """Return the result of the ensembles for a verdict "differ"; empty without ensembles."""
     result, labels = scene.confirmation, scene.labels
     if result is None:
         return ""
@@ -233,8 +231,8 @@ def confirmation(scene: SceneComparison) -> str:
     if 0 in result.members:
         host, guest = labels if result.members[0] else labels[::-1]
         outside = f"the {guest} run is outside those of {host}"
-    counted = zip(result.members, labels, strict=True)
-    runs = " and ".join(f"{count} of {label}" for count, label in counted if count)
+    pairs = zip(result.members, labels, strict=True)
+    runs = " and ".join(f"{count} of {label}" for count, label in pairs if count)
     text = f"difference confirmed{since} by runs from moved starts, {runs}: {outside}"
     if isfinite(result.excess):  # not where all members are one
         text += f", {result.excess:.3g} times as far as the farthest of these"
@@ -243,42 +241,42 @@ def confirmation(scene: SceneComparison) -> str:
 
 def parting(scene: SceneComparison) -> str:
     """Return "the contact of the upper left corner at 0.2454 s, which occurs in 3 of 99 reference runs"."""
-    if scene.confirmation is None or (contact := scene.confirmation.parting) is None:
+    if scene.confirmation is None or (event := scene.confirmation.parting) is None:
         return ""
-    counts = zip(contact.counts, contact.sizes, scene.labels, strict=True)
+    counts = zip(event.counts, event.sizes, scene.labels, strict=True)
     occurs = " and ".join(f"{count} of {size} {label} runs" for count, size, label in counts)
-    return f"the contact of {_the(contact.corner)} at {contact.start:.6g} s, which occurs in {occurs}"
+    return f"the contact of {_the(event.corner)} at {event.start:.6g} s, which occurs in {occurs}"
 
 
 def attribution_lines(scene: SceneComparison) -> list[str]:
-    """Return lines on the shares of a scene's difference by origin; empty if none is known."""
-    result, known = scene.attribution, not isnan(scene.attribution.explained)
-    lines = [f"{plain_percent(result.explained)} of the judged samples explained"] if known else []
+    """Return lines on the origins of a scene's difference and their shares; empty without any."""
+    result, has_shares = scene.attribution, not isnan(scene.attribution.explained)
+    lines = [f"{plain_percent(result.explained)} of the judged samples explained"] if has_shares else []
     if not isnan(result.remaining.get("both", nan)):
         shares = [_share(result.remaining[key]) for key in ("a", "b", "both")]
-        refined = [*map(_refined, result.refinements), "both"]
-        left = [f"{share} with {what}" for share, what in zip(shares, refined, strict=True)]
-        lines.append(f"left of the difference: {', '.join(left)}")
+        settings = [*map(_refinement, result.refinements), "both"]
+        parts = [f"{share} with {setting}" for share, setting in zip(shares, settings, strict=True)]
+        lines.append(f"remaining difference: {', '.join(parts)}")
     if result.outside_in:
-        what, where = "band" if scene.has_u else "tolerance", instant_of(result.outside_from, scene)
-        lines.append(f"first outside the {what}: {result.outside_in} at {where}")
+        setting, where = "band" if scene.has_u else "tolerance", instant_of(result.outside_from, scene)
+        lines.append(f"first outside the {setting}: {result.outside_in} at {where}")
     if result.unpredictable:
-        whose = (
+        origins = (
             f"{words.format(*scene.labels)} {result.unpredictable[key]:.0%}"
             for key, words in _UNPREDICTABLE.items()
             if result.unpredictable[key] >= 0.005
         )
-        lines.append(f"not predictable in the indeterminate channels by {', '.join(whose)}")
+        lines.append(f"not predictable in the indeterminate channels by {', '.join(origins)}")
     return lines
 
 
-def _refined(change: Refinement) -> str:
+def _refinement(change: Refinement) -> str:
     """Return "exudyn's step / 2 (2e-06 s; with its tolerance, 1e-07; 25% if all were its error)"."""
     (chief, value), *others = change.settings.items() or [("setting", nan)]
-    now = [] if isnan(value) else [f"{value:g}{' s' if chief == 'step' else ''}"]
-    now += [f"with its {key}, {other:g}" for key, other in others]
-    now.append(f"{1 / change.gain:.3g} of its own error")
-    return f"{change.label}'s {chief} / {change.factor:g} ({'; '.join(now)})"
+    details = [] if isnan(value) else [f"{value:g}{' s' if chief == 'step' else ''}"]
+    details += [f"with its {key}, {other:g}" for key, other in others]
+    details.append(f"{1 / change.gain:.3g} of its own error")
+    return f"{change.label}'s {chief} / {change.factor:g} ({'; '.join(details)})"
 
 
 def _share(remaining: float) -> str:

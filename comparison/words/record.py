@@ -13,7 +13,7 @@ from comparison.verdict.results import SceneComparison
 from comparison.words import differences
 from comparison.words import verdicts as words
 from comparison.words.differences import causes
-from comparison.words.reliability import missing
+from comparison.words.reliability import missing_reason
 
 _OF_CHANNEL = (
     "coverage", "coverage_error", "explained", "max_difference", "rms_difference", "rms_error", "max_scaled",
@@ -92,20 +92,20 @@ def as_mapping(comparison: SceneComparison) -> dict[str, Any]:
         "attribution": attribution,
         "impacts": impacts
         and {
-            part: {"matched": len(matched.pairs)}
-            | {key: value for key, value in vars(matched).items() if key != "pairs"}
-            for part, matched in impacts.items()
+            part: {"matched": len(match.pairs)}
+            | {key: value for key, value in vars(match).items() if key != "pairs"}
+            for part, match in impacts.items()
         },
         "reliability": reliability
         and {
             "verdict": reliability.verdict,
-            "missing": missing(reliability),
+            "missing": missing_reason(reliability),
             "bins": reliability.settings.bins,
             "channels": reliability.settings.channels,
             "errors": reliability.settings.errors,
             "quantities": {
-                name: _quantity(dict(zip(labels, (own.a, own.b), strict=True)), own)
-                for name, own in reliability.quantities.items()
+                name: _quantity(dict(zip(labels, (difference.a, difference.b), strict=True)), difference)
+                for name, difference in reliability.quantities.items()
             },
         },
         "channels": {
@@ -130,9 +130,9 @@ def confirmation_record(comparison: SceneComparison) -> dict[str, Any] | None:
     result = comparison.confirmation
     if result is None:
         return None
-    left_out = ("doubt", "parting")
+    omitted = ("doubt", "parting")
     return {
-        **{key: value for key, value in asdict(result).items() if key not in left_out},
+        **{key: value for key, value in asdict(result).items() if key not in omitted},
         "suspicious": result.suspicious,
         "contact": differences.parting(comparison),
         "sentence": differences.confirmation(comparison),
@@ -160,7 +160,7 @@ def reliability_mapping(result: TableReliability) -> dict[str, Any]:
 
 def _quantity(models: Mapping[str, Assessment], difference: Difference | None) -> dict[str, Any]:
     first = next(iter(models.values()))
-    own = {
+    record = {
         "unit": first.unit,
         "lower_limit": first.limits.lower,
         "upper_limit": first.limits.upper,
@@ -178,9 +178,9 @@ def _quantity(models: Mapping[str, Assessment], difference: Difference | None) -
         },
     }
     return (
-        own
+        record
         if difference is None
-        else own
+        else record
         | {
             "verdict": difference.verdict,
             "difference": difference.minimum,
@@ -268,25 +268,25 @@ def _share(share: float) -> str:
 
 def gate_lines(gate: Gate) -> list[str]:
     """Return the first deviation with its time, place and size, then each run, other checks, counters."""
-    moved = moved_first(gate)
+    moves = deviations(gate)
     runs: dict[tuple[str, str], list[Check]] = {}
-    for check in moved:
+    for check in moves:
         runs.setdefault((check.scene, _group(check)), []).append(check)
-    lines = [f"from t = {check.data['time']:g} s on: {check_message(check)}" for check in moved[:1]]
+    lines = [f"from t = {check.data['time']:g} s on: {check_message(check)}" for check in moves[:1]]
     for (scene, run), checks in runs.items():
         worst = max(checks, key=lambda check: float(check.data["largest"]))
         count = "1 channel deviates" if len(checks) == 1 else f"{len(checks)} channels deviate"
         most = f"{worst.name} by {_share(worst.data['largest'])} of its scale at t = {worst.data['peak']:g} s"
         lines.append(f"{run}, scene {scene!r}: {count}, most of all {most}")
     rest = [check for check in gate.regressions if check.kind is not Kind.MOVED]
-    ordered = sorted(rest, key=lambda check: check.name in ("settings", "counters"))
-    return lines + [check_message(check) for check in ordered]
+    others = sorted(rest, key=lambda check: check.name in ("settings", "counters"))
+    return lines + [check_message(check) for check in others]
 
 
-def moved_first(gate: Gate) -> list[Check]:
+def deviations(gate: Gate) -> list[Check]:
     """Return the channels that deviate, by the time of their first deviation, the largest share first."""
-    moved = (check for check in gate.regressions if check.kind is Kind.MOVED)
-    return sorted(moved, key=lambda check: (check.data["time"], -check.data["share"]))
+    checks = (check for check in gate.regressions if check.kind is Kind.MOVED)
+    return sorted(checks, key=lambda check: (check.data["time"], -check.data["share"]))
 
 
 def _or_missing(value: object) -> object:
@@ -307,11 +307,11 @@ def gate_notes(gate: Gate) -> list[str]:
         remarks.append(f"the baseline was made with {versions}")
     if remarks:
         remarks.append(f"counters are therefore compared within {COUNTERS_ELSEWHERE:.0%} and not exactly")
-    for excuse in gate.excuses:
-        one = excuse.channels == 1
-        deviate = "1 channel deviates" if one else f"{excuse.channels} channels deviate"
+    for item in gate.excuses:
+        one = item.channels == 1
+        deviate = "1 channel deviates" if one else f"{item.channels} channels deviate"
         remarks.append(
-            f"{' '.join(excuse.run)}, scene {excuse.scene!r}: {deviate} no more than {excuse.neighbours} "
+            f"{' '.join(item.run)}, scene {item.scene!r}: {deviate} no more than {item.neighbours} "
             f"runs from neighbouring starts do here; {'its' if one else 'their'} thresholds are too small"
         )
     if gate.valueless:
@@ -325,7 +325,7 @@ def gate_notes(gate: Gate) -> list[str]:
 
 def gate_summary(gate: Gate) -> str:
     """Return the result of the checks in one sentence."""
-    checked = sum(check.status != "skipped" for check in gate.checks)
+    count = sum(check.status != "skipped" for check in gate.checks)
     if gate.regressions:
-        return f"{len(gate.regressions)} of {checked} checks failed: the baseline does not hold"
-    return f"All {checked} checks passed: both models match their baseline"
+        return f"{len(gate.regressions)} of {count} checks failed: the baseline does not hold"
+    return f"All {count} checks passed: both models match their baseline"

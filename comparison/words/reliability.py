@@ -13,12 +13,12 @@ from comparison.scene import Reliability
 from comparison.scene.linkage import LinkageReliability
 
 
-def rounded(value: float) -> str:
+def format_reliability(value: float) -> str:
     """Return a reliability with five digits as the paper prints it, with seven from 0.99 on."""
     return f"{value:.5f}" if value < 0.99 else f"{value:.7f}"
 
 
-def missing(comparison: ReliabilityComparison) -> str:
+def missing_reason(comparison: ReliabilityComparison) -> str:
     """Return in one line the reason why there is no comparison; empty where there is one."""
     why = comparison.missing
     if isinstance(why, RunError):
@@ -31,62 +31,62 @@ def missing(comparison: ReliabilityComparison) -> str:
 def line(comparison: ReliabilityComparison) -> str:
     """Return verdict, smallest reliability of each quantity and the largest difference of the models."""
     if not comparison.quantities:
-        return f"not available: {missing(comparison)}"
-    smallest = [_smallest(name, difference) for name, difference in comparison.quantities.items()]
+        return f"not available: {missing_reason(comparison)}"
+    smallest = [_smallest_text(name, difference) for name, difference in comparison.quantities.items()]
     largest = max(comparison.quantities.values(), key=lambda difference: abs(difference.minimum))
-    known = np.isfinite(largest.half_width)
-    uncertainty = f"± {largest.half_width:.1e}" if known else "of unknown uncertainty"
+    finite = np.isfinite(largest.half_width)
+    uncertainty = f"± {largest.half_width:.1e}" if finite else "of unknown uncertainty"
     return (
         f"{comparison.verdict}: smallest of {', '.join(smallest)}; "
         f"largest difference {abs(largest.minimum):.1e} {uncertainty}"
-        f"{f'; {why}' if (why := undecided(comparison)) else ''}"
+        f"{f'; {why}' if (why := undecided_reasons(comparison)) else ''}"
     )
 
 
-def undecided(comparison: ReliabilityComparison) -> str:
-    """Return how far the interval of each undecided difference reaches, and what widens it most."""
+def undecided_reasons(comparison: ReliabilityComparison) -> str:
+    """Return the reach of the interval of each undecided difference, and its main cause."""
     reasons = []
-    for name, own in comparison.quantities.items():
-        beyond = abs(own.minimum) + own.half_width - MARGIN
-        most = "scatter of cycles" if own.sampling >= own.numerical else "numerics"
-        text = f"the difference of {name}, {own.minimum:.1e} ± {own.half_width:.1e} (mostly {most}), "
-        text += f"includes zero and reaches {beyond:.1e} beyond {MARGIN:g}"
-        text = text if np.isfinite(beyond) else f"the numerical error of {name} is not known"
-        reasons += [text] if own.verdict == "undecided" else []
+    for name, case in comparison.quantities.items():
+        excess = abs(case.minimum) + case.half_width - MARGIN
+        cause = "scatter of cycles" if case.sampling >= case.numerical else "numerics"
+        text = f"the difference of {name}, {case.minimum:.1e} ± {case.half_width:.1e} (mostly {cause}), "
+        text += f"includes zero and reaches {excess:.1e} beyond {MARGIN:g}"
+        text = text if np.isfinite(excess) else f"the numerical error of {name} is not known"
+        reasons += [text] if case.verdict == "undecided" else []
     return "; ".join(reasons)
 
 
-def limit(own: Assessment) -> str:
-    """Return the limits of an error, and whether no scene states them."""
-    lower = f"{quantity(own.limits.lower, own.unit)} to " if own.limits.lower else "≤ "
-    default = "" if "upper" in own.limits.model_fields_set else "by default "
-    return f"{default}{lower}{quantity(own.limits.upper, own.unit)}"
+def limit(assessment: Assessment) -> str:
+    """Return the limits of an error, with "by default" if no scene states them."""
+    lower = f"{quantity(assessment.limits.lower, assessment.unit)} to " if assessment.limits.lower else "≤ "
+    default = "" if "upper" in assessment.limits.model_fields_set else "by default "
+    return f"{default}{lower}{quantity(assessment.limits.upper, assessment.unit)}"
 
 
 def notes(comparison: ReliabilityComparison) -> list[str]:
     """Return the notes on this scene's numbers: limits, cap, cycles."""
     if not comparison.quantities:
-        return [f"Not available: {missing(comparison)}."]
+        return [f"Not available: {missing_reason(comparison)}."]
     lines = _notes(comparison.settings, {name: (d.a, d.b) for name, d in comparison.quantities.items()})
     if isinstance(comparison.settings, LinkageReliability):
         names = ", ".join(comparison.settings.channels.values())
         lines.insert(0, f"Errors of {names}, against the same linkage without clearance.")
-    return [f"Undecided: {why}.", *lines] if (why := undecided(comparison)) else lines
+    return [f"Undecided: {why}.", *lines] if (why := undecided_reasons(comparison)) else lines
 
 
 def _notes(settings: Reliability, quantities: Mapping[str, Sequence[Assessment]]) -> list[str]:
     size = "size of the error" if settings.errors == "absolute" else "signed error"
-    limits, capped = [], []
+    limits, caps_reached = [], []
     for name, tables in quantities.items():
-        count = int(np.sum(np.all([own.capped for own in tables], axis=0)))
+        count = int(np.sum(np.all([assessment.capped for assessment in tables], axis=0)))
         limits.append(f"{name} {limit(tables[0])}")
-        capped += [f"{name} in {count} of {tables[0].angle.size} parts"] if count else []
+        caps_reached += [f"{name} in {count} of {tables[0].angle.size} parts"] if count else []
     caps = " or ".join(dict.fromkeys(f"{tables[0].cap:.10f}" for tables in quantities.values()))
     cycles = int(next(iter(quantities.values()))[0].cycles.max())
     few = "" if cycles >= MANY else ", few for an interval, and the first one still remembers its start"
-    sampled = f"Cycles sampled: {cycles}{few}."
+    cycle_note = f"Cycles sampled: {cycles}{few}."
     if cycles == 1:
-        sampled = (
+        cycle_note = (
             "Of one cycle nothing is known about others: for the intervals, the variation within a part of "
             "the cycle stands for that between cycles."
         )
@@ -94,14 +94,14 @@ def _notes(settings: Reliability, quantities: Mapping[str, Sequence[Assessment]]
         f"Mean and deviation over time of the {size} in each of {settings.bins} intervals of the crank "
         f"cycle, against limits: {', '.join(limits)}.",
         f"Without any error R is {caps}, the cap. Within {ROUNDING:g} of it, where R shows nothing of the "
-        f"mechanism but that the limit is wide: {'; '.join(capped) or 'none'}.",
-        sampled,
+        f"mechanism but that the limit is wide: {'; '.join(caps_reached) or 'none'}.",
+        cycle_note,
     ]
 
 
-def _smallest(name: str, difference: Difference) -> str:
+def _smallest_text(name: str, difference: Difference) -> str:
     a, b, name = difference.a, difference.b, f"{name} ({limit(difference.a)})"
-    values = " and ".join(dict.fromkeys(rounded(model.minimum) for model in (a, b)))
+    values = " and ".join(dict.fromkeys(format_reliability(model.minimum) for model in (a, b)))
     if a.capped[a.worst] and b.capped[b.worst]:
         return f"{name} {values} (the cap)"
     angles = " and ".join(dict.fromkeys(f"{model.angle[model.worst]:g}" for model in (a, b)))
@@ -113,18 +113,18 @@ def table_rows(result: TableReliability, *, every: bool) -> list[tuple[str, ...]
     head = ("by crank angle", "to deg") if every else ("smallest", "at deg")
     rows: list[tuple[str, ...]] = [(*head, "R", "95 % from", "to", "mean error", "deviation")]
     for name, tables in result.by_quantity.items():
-        for label, own in tables.items():
+        for label, assessment in tables.items():
             rows += [
                 (
                     f"{name} {label}",
-                    f"{own.angle[k]:g}",
-                    rounded(own.reliability[k]),
-                    rounded(own.low[k]),
-                    rounded(own.high[k]),
-                    f"{own.mean[k]:.3g} {own.unit}",
-                    f"{own.deviation[k]:.3g}",
+                    f"{assessment.angle[k]:g}",
+                    format_reliability(assessment.reliability[k]),
+                    format_reliability(assessment.low[k]),
+                    format_reliability(assessment.high[k]),
+                    f"{assessment.mean[k]:.3g} {assessment.unit}",
+                    f"{assessment.deviation[k]:.3g}",
                 )
-                for k in (range(own.angle.size) if every else [own.worst])
+                for k in (range(assessment.angle.size) if every else [assessment.worst])
             ]
     return rows
 
@@ -134,8 +134,8 @@ def difference_rows(comparison: ReliabilityComparison) -> list[tuple[str, ...]]:
     return [
         ("a less b", "R", "±", "verdict"),
         *(
-            (name, f"{own.minimum:.1e}", f"{np.linalg.norm(_half_widths(own)):.1e}", own.verdict)
-            for name, own in comparison.quantities.items()
+            (name, f"{case.minimum:.1e}", f"{np.linalg.norm(_half_widths(case)):.1e}", case.verdict)
+            for name, case in comparison.quantities.items()
         ),
     ]
 
@@ -148,8 +148,8 @@ def table_notes(result: TableReliability) -> list[str]:
             "Differ: the interval of the difference excludes zero. Agree: it holds zero and is within "
             f"{MARGIN:g}. Undecided: it holds zero and reaches further, or is not known in full."
         )
-        lines += [f"Undecided: {why}."] if (why := undecided(result.comparison)) else []
-        if any(len(_half_widths(own)) < 2 for own in result.comparison.quantities.values()):
+        lines += [f"Undecided: {why}."] if (why := undecided_reasons(result.comparison)) else []
+        if any(len(_half_widths(case)) < 2 for case in result.comparison.quantities.values()):
             lines.append(
                 "± holds what other cycles leave open, not the numerical error of the tables: "
                 "that is known from finer runs of both (--finer-a, --finer-b)."

@@ -1,4 +1,4 @@
-"""Two reports of the same scenes compared in time: which verdicts and printed numbers have moved since."""
+"""Comparison of a report with an earlier one of the same scenes: verdicts and printed numbers that moved."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,9 +17,9 @@ _FEW = 5  # changed keys and versions in one sentence
 
 
 class Move(NamedTuple):
-    """Verdict, |E| over its limit and coverage, in the digits of a report, of which one at least has moved.
+    """Verdict, |E| over its limit and coverage, in the digits of a report; one at least has moved.
 
-    Of a scene at one tier where ``channel`` is "". A side without an entry has "none" as its verdict.
+    They are of a scene at one tier if ``channel`` is "". A side without an entry has the verdict "none".
     """
 
     scene: str
@@ -52,16 +52,16 @@ def earlier_report(path: Path, names: Sequence[str]) -> dict[str, Any]:
     with reading(path, TableError, "JSON"):
         report = json.loads(contents(path, _LARGEST))
         try:
-            known = {key[0] for key in _entries(report)}
+            scene_names = {key[0] for key in _entries(report)}
         except (AttributeError, KeyError, TypeError):
             raise TableError("is not the results of a report by sixbar validate or judge") from None
-        if known.isdisjoint(names):
+        if scene_names.isdisjoint(names):
             raise TableError(f"has no scene {' or '.join(map(repr, names))}")
     return dict(report, path=str(path))
 
 
 def compare_reports(before: Mapping[str, Any], now: Mapping[str, Any]) -> Since:
-    """Return what has moved from one report to the next, both as `earlier_report` returns them."""
+    """Return the moves from one report to the next, both as `earlier_report` returns them."""
     old, new = _entries(before), _entries(now)
     tiers = {key[:2] for key in old} & {key[:2] for key in new}
     keys = [key for key in dict.fromkeys([*new, *old]) if key[:2] in tiers]
@@ -99,13 +99,13 @@ def _entries(report: Mapping[str, Any]) -> dict[tuple[str, str, str], tuple[str,
 
 
 def _text(entry: Mapping[str, Any], key: str) -> str:
-    """Return a number as reports print it; empty where the version that wrote it did not state it."""
+    """Return a number as reports print it; empty if the version that wrote the report has none."""
     value = nan if entry.get(key) is None else float(entry[key])
     return "" if key not in entry else percent(value) if key == "coverage" else number(value, 2)
 
 
 def _changes(before: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
-    """Yield what the runs of a scene did not have in common: keys of the scene, versions."""
+    """Yield the differences between the runs of a scene: keys of the scene, versions."""
     for label in now["labels"]:
         runs = [report.get("provenance", {}).get(label, {}) for report in (before, now)]
         for part in ("scene", "versions"):
@@ -115,13 +115,13 @@ def _changes(before: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]
                     yield f"{key} {json.dumps(old.get(key))}, now {json.dumps(new.get(key))}"
 
 
-def moved(before: str, now: str) -> str:
+def change_text(before: str, now: str) -> str:
     """Return "0.40 → 0.52", or the text itself where it has not moved."""
     return f"{before} → {now}" if before and before != now else now
 
 
 def sentences(result: Since) -> list[str]:
-    """Return how much has moved, and what else was not as in the earlier report."""
+    """Return the number of moves, and other differences from the earlier report."""
     count, verdicts = len(result.moves), sum(move.before[0] != move.now[0] for move in result.moves)
     text = f"of {result.compared} results {count} have moved, {verdicts or 'none'} of them in the verdict"
     lines = [
@@ -129,18 +129,18 @@ def sentences(result: Since) -> list[str]:
         "|E| over its limit and coverage of each scene and channel."
     ]
     if result.changes:
-        more = len(result.changes) - _FEW
-        shown = [*result.changes[:_FEW], *([f"{more} more"] if more > 0 else [])]
-        lines.append(f"Not as before: {'; '.join(shown)}.")
+        rest = len(result.changes) - _FEW
+        items = [*result.changes[:_FEW], *([f"{rest} more"] if rest > 0 else [])]
+        lines.append(f"Not as before: {'; '.join(items)}.")
     if result.new:
         lines.append(f"Not in the earlier report: {', '.join(result.new)}.")
     return lines
 
 
 def rows(result: Since) -> list[tuple[str, ...]]:
-    """Return a heading and, for each scene and tier and each changed verdict, what has moved."""
-    shown = [move for move in result.moves if not move.channel or move.before[0] != move.now[0]]
+    """Return a heading, and the moves of each scene and tier and of each changed verdict."""
+    moves = [move for move in result.moves if not move.channel or move.before[0] != move.now[0]]
     return [
         ("since then", "tier", "channel", "verdict", "|E|/limit", "coverage"),
-        *((*move[:3], *map(moved, move.before, move.now)) for move in shown),
+        *((*move[:3], *map(change_text, move.before, move.now)) for move in moves),
     ]

@@ -1,4 +1,4 @@
-"""Sentences about verdicts: why a channel and a scene agree or differ, and all scenes in one sentence."""
+"""Sentences about verdicts: the reasons of a channel and a scene, and all scenes in one sentence."""
 
 import re
 from collections import Counter
@@ -34,7 +34,7 @@ SYMBOLS = {
     "unexcited": "○",
     "cannot compare": "!",
 }
-"""Verdict -> sign beside it, so that it is told without colour."""
+"""Verdict -> sign beside it, for readers without colour."""
 
 _REASONS = {
     Basis.RANGE: "its range in both, {extent}, is below {floor}",
@@ -79,7 +79,7 @@ def reason(channel: ChannelComparison) -> str:
     def with_unit(value: float, digits: int = 3) -> str:
         return f"{value:.{digits}g} {channel.unit}".rstrip()  # another mechanism's unit may be unknown
 
-    fixed, late, around = channel.u is None, channel.time_tolerance, max(0, (channel.worst or 0) - 1)
+    fixed, tolerance, row = channel.u is None, channel.time_tolerance, max(0, (channel.worst or 0) - 1)
     every = channel.nonzero[channel.predictable].all()
     text = _REASONS[channel.basis].format(
         c=channel,
@@ -87,13 +87,13 @@ def reason(channel: ChannelComparison) -> str:
         count=int(channel.judged.sum()),
         extent=with_unit(channel.extent, 2),
         floor=with_unit(channel.definition.floor),
-        at=instant(channel.worst_time, *channel.time[around : (channel.worst or 0) + 2]),
-        difference=with_unit(channel.worst_size if late else channel.worst_difference),
+        at=instant(channel.worst_time, *channel.time[row : (channel.worst or 0) + 2]),
+        difference=with_unit(channel.worst_size if tolerance else channel.worst_difference),
         threshold=with_unit(channel.worst_threshold, 2),
         judged="samples" if fixed else f"predictable{'' if every else ' non-zero'} samples",
         what="the tolerance" if fixed else "their threshold",
         nearest="at worst" if channel.outside else "the nearest",
-        late=f" within {late:g} s" if late else "",
+        late=f" within {tolerance:g} s" if tolerance else "",
         few="too few before the last window"
         if channel.outside >= channel.limits.least_outside
         else f"fewer than the {channel.limits.least_outside}",
@@ -110,12 +110,12 @@ def reason(channel: ChannelComparison) -> str:
 
 
 def _gate(channel: ChannelComparison) -> str:
-    """Return the limit of a gate that is not met, or a sentence that all are."""
-    failed = [check for check in channel.checks if not check.met]
-    if not failed:
+    """Return the limit of a gate that a metric misses, or a sentence that all are met."""
+    failures = [check for check in channel.checks if not check.met]
+    if not failures:
         count = len(channel.checks)
         return f"all {count} limits of the gate are met" if count > 1 else "the limit of the gate is met"
-    check = max(failed, key=lambda check: not isnan(check.value))  # a known value before an undefined one
+    check = max(failures, key=lambda check: not isnan(check.value))  # a known value before an undefined one
     if isnan(check.value):
         return f"{check.metric} is undefined: one of the two is constant"
     return f"{check.metric} is {number(check.value)}, required: {bound(check)}"
@@ -127,7 +127,7 @@ def bound(check: Check) -> str:
 
 
 def round_down(time: float) -> str:
-    """Return a time with two digits, not after it."""
+    """Return a time rounded down to two digits."""
     if not time > 0.0:
         return number(time, 2)
     digit = 10.0 ** (floor(log10(time)) - 1)
@@ -135,16 +135,16 @@ def round_down(time: float) -> str:
 
 
 def until(channel: ChannelComparison) -> str:
-    """Return until when a channel is predictable, with the number of shorter gaps: "0.45 (+2)"."""
+    """Return the time until which a channel is predictable, and the number of shorter gaps: "0.45 (+2)"."""
     ends = channel.until == channel.time[-1]
     text = instant(channel.until) if ends or isnan(channel.until) else round_down(channel.until)
     return f"{text} (+{channel.isolated})" if channel.isolated else text
 
 
 def agreement(scene: SceneComparison) -> str:
-    """Return until when two results agree, or since when they differ; "" where their coverage says enough.
+    """Return the time until which two results agree, or from which they differ; "" if coverage decides.
 
-    As "until 24 s of 40: --until states how long is enough".
+    It is, for example, "until 24 s of 40: --until states how long is enough".
     """
     demand = scene.demand
     if scene.scene is not None and demand is None:
@@ -162,7 +162,7 @@ def agreement(scene: SceneComparison) -> str:
 
 
 def predictable(scene: SceneComparison) -> str:
-    """Return until when, by which window and how finely two results are judged; empty without u."""
+    """Return the time until which two results are judged, the window and the resolution; empty without u."""
     if (first := scene.first_unpredictable) is None:
         return ""
     ends = first.until == scene.time[-1]
@@ -182,7 +182,7 @@ def threshold_name(channel: ChannelComparison) -> str:
 
 
 def scene_reason(scene: SceneComparison, *, brief: bool = False) -> str:
-    """Return the reason of a scene's verdict; if brief, without what time and indeterminate channels lack."""
+    """Return the reason of a scene's verdict; if brief, without times and reasons of single channels."""
     if scene.error:
         return scene.error if scene.scene is None else f"scene {scene.name!r}: {scene.error}"
     if not isnan(scene.allowed_shift):
@@ -203,10 +203,10 @@ def scene_reason(scene: SceneComparison, *, brief: bool = False) -> str:
         if not unsettled:
             return "too few samples are predictable"
         worst = min(unsettled, key=lambda channel: channel.coverage)
-        which = "" if len(set(map(reason, unsettled))) == 1 else f", most of all {worst.channel}"
-        return f"{len(unsettled)} of {count} channels are indeterminate{which}: {reason(worst)}"
-    until_then = "" if brief and not scene.enough else agreement(scene)  # the mark beside it
-    text = " ".join(filter(None, (f"{len(agreeing)} of {count} excited channels agree", until_then)))
+        example = "" if len(set(map(reason, unsettled))) == 1 else f", most of all {worst.channel}"
+        return f"{len(unsettled)} of {count} channels are indeterminate{example}: {reason(worst)}"
+    time_text = "" if brief and not scene.enough else agreement(scene)  # the mark beside it
+    text = " ".join(filter(None, (f"{len(agreeing)} of {count} excited channels agree", time_text)))
     if decisive(agreeing) is not None:
         text += f", nearest to its limit {_worst(agreeing)}"
     elif agreeing:  # by the limits of a gate
@@ -250,7 +250,7 @@ def why(scene: SceneComparison) -> str:
 
 
 def mark(scene: SceneComparison) -> str:
-    """Return the note beside a verdict: what it lacks, refinement of its runs, and its confirmation."""
+    """Return the note beside a verdict: time without agreement, refined runs, confirmation."""
     marks = [] if scene.enough else [agreement(scene)]
     how = "step halved" if scene.halved else "refined"
     marks += [f"{how} {_TIMES[scene.refined]}"] if scene.refined else []
@@ -266,8 +266,8 @@ def shift(estimate: Shift, labels: tuple[str, str]) -> str:
     size = f"{abs(estimate.value):.3g} s ± {estimate.uncertainty:.2g} s"
     if not estimate.significant:
         return f"No time shift above three times its uncertainty: {size}."
-    late, early = labels[::-1] if estimate.value > 0 else labels
-    return f"{late} is later than {early} by {size} (estimated, not applied)."
+    later, earlier = labels[::-1] if estimate.value > 0 else labels
+    return f"{later} is later than {earlier} by {size} (estimated, not applied)."
 
 
 def shift_line(scene: SceneComparison) -> str:
@@ -298,16 +298,16 @@ def overall_verdict(scenes: Sequence[SceneComparison]) -> str:
 
 def headline(scenes: Sequence[SceneComparison]) -> str:
     """Return one sentence for all scenes: "Of 8 scenes 1 differs and 7 agree.", by tier if there are two."""
-    closer = [scene.tight for scene in scenes if scene.tight is not None]
-    text = _counted(scenes)
-    text = f"At the standard tier {text}; at the tight tier {_counted(closer)}" if closer else text
-    results = [judged.confirmation for judged in (*scenes, *closer) if judged.confirmation is not None]
-    corrected = sum(result.outcome == "underestimated" for result in results)
-    rest = "1 of these verdicts rests" if corrected == 1 else f"{corrected} of these verdicts rest"
-    return f"{_capital(text)}." + (f" {rest} on a corrected uncertainty." if corrected else "")
+    tight = [scene.tight for scene in scenes if scene.tight is not None]
+    text = _count_text(scenes)
+    text = f"At the standard tier {text}; at the tight tier {_count_text(tight)}" if tight else text
+    results = [tier.confirmation for tier in (*scenes, *tight) if tier.confirmation is not None]
+    count = sum(result.outcome == "underestimated" for result in results)
+    rest = "1 of these verdicts rests" if count == 1 else f"{count} of these verdicts rest"
+    return f"{_capital(text)}." + (f" {rest} on a corrected uncertainty." if count else "")
 
 
-def _counted(scenes: Sequence[SceneComparison]) -> str:
+def _count_text(scenes: Sequence[SceneComparison]) -> str:
     if not scenes:
         return "there is no scene to compare"
     if len(scenes) == 1:
@@ -321,8 +321,8 @@ def _counted(scenes: Sequence[SceneComparison]) -> str:
         for verdict, words in _PLURALS.items()
         if count[verdict]
     ]
-    what = "scenes" if any(scene.ran or scene.failed for scene in scenes) else "pairs of tables"
-    return f"all {parts[0]}" if len(parts) == 1 else f"of {len(scenes)} {what} {listed(parts)}"
+    what = "scenes" if any(scene.run_scene or scene.failed_job for scene in scenes) else "pairs of tables"
+    return f"all {parts[0]}" if len(parts) == 1 else f"of {len(scenes)} {what} {join_names(parts)}"
 
 
 def incomplete(scenes: Sequence[SceneComparison], missing: Sequence[str]) -> str:
@@ -334,25 +334,25 @@ def incomplete(scenes: Sequence[SceneComparison], missing: Sequence[str]) -> str
 
 
 def standing(result: Standing) -> str:
-    """Return a sentence on which of three or more models agree, and which one is the outlier."""
+    """Return a sentence on the models, of three or more, that agree, and on the outlier."""
     models, outlier = result.compared, result.outlier
     if result.outcome == "cannot compare":
         text = "no two models can be compared"
     elif result.outcome == "agree":
-        text = f"{listed(models)} agree" if len(models) == 2 else f"all {len(models)} agree"
+        text = f"{join_names(models)} agree" if len(models) == 2 else f"all {len(models)} agree"
     elif outlier:
-        others = listed([model for model in models if model != outlier])
+        others = join_names([model for model in models if model != outlier])
         text = f"{outlier} is the outlier: it differs from {others}, which agree"
     else:
         head = "undecided" if result.outcome == "undecided" else "no model is the outlier"
-        ordered = sorted(result.verdicts.items(), key=lambda item: list(_PAIRS).index(item[1]))
-        text = f"{head}: {'; '.join(_PAIRS[verdict].format(listed(pair)) for pair, verdict in ordered)}"
+        pairs = sorted(result.verdicts.items(), key=lambda item: list(_PAIRS).index(item[1]))
+        text = f"{head}: {'; '.join(_PAIRS[verdict].format(join_names(pair)) for pair, verdict in pairs)}"
     if result.left_out:
-        text += f"; {listed(result.left_out)} cannot be compared"
+        text += f"; {join_names(result.left_out)} cannot be compared"
     return f"{_capital(text)}."
 
 
-def listed(names: Sequence[str]) -> str:
+def join_names(names: Sequence[str]) -> str:
     """Return "a, b and c"."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
@@ -386,39 +386,39 @@ def card(scene: SceneComparison) -> Card:
 
 def _next(scene: SceneComparison) -> tuple[str, tuple[str, ...]]:
     """Return the next step after a verdict, and its commands; both empty where there is none."""
-    closer, ran = scene.closer_command, scene.ran
+    closer, setup = scene.closer_command, scene.run_scene
     if scene.verdict == "indeterminate" and closer:
         tables = "State the difference that is allowed, as a share of each scale:"
-        return tables if ran is None else "See whether finer settings decide it:", (closer,)
-    if scene.verdict == "indeterminate" and ran is not None and ran.source and not ran.is_linkage:
-        half = ran.variant({"drive.cycles": 0.5 * ran.data["drive"]["cycles"]})
+        return tables if setup is None else "See whether finer settings decide it:", (closer,)
+    if scene.verdict == "indeterminate" and setup is not None and setup.source and not setup.is_linkage:
+        half = setup.variant({"drive.cycles": 0.5 * setup.data["drive"]["cycles"]})
         return "See whether half the time is predictable:", (half.command("validate"),)
-    if ran is None or scene.verdict == "indeterminate":
+    if setup is None or scene.verdict == "indeterminate":
         return "", ()
     if scene.verdict == "cannot compare":
-        if scene.failed is None:
+        if scene.failed_job is None:
             again = (scene.command,) if scene.command else ()
             return "Run the scene again once the cause is removed:", again
-        failed = scene.failed
-        return "Repeat the run that failed, alone:", (_run(failed.scene, failed.model, scene.name),)
-    if scene.verdict == "differ" and not ran.is_linkage:
-        return "Find which model errs, by a third opinion:", _third_opinion(scene, ran)
+        job = scene.failed_job
+        return "Repeat the run that failed, alone:", (_run(job.scene, job.model, scene.name),)
+    if scene.verdict == "differ" and not setup.is_linkage:
+        return "Find which model errs, by a third opinion:", _third_opinion(scene, setup)
     if scene.confirmation is not None and scene.confirmation.suspicious:
         what = "A discontinuous event decides"
         return (f"{what}; look at it at finer settings:", (closer,)) if closer else (f"{what}.", ())
     return "", ()
 
 
-def _third_opinion(scene: SceneComparison, ran: Scene) -> tuple[str, ...]:
+def _third_opinion(scene: SceneComparison, setup: Scene) -> tuple[str, ...]:
     """Return commands that run another formulation of one model and compare it with the reference."""
     model, formulation, host = "exudyn", "full", scene.labels[0]
-    if ran.data["solver"]["exudyn"]["formulation"] == "full":
+    if setup.data["solver"]["exudyn"]["formulation"] == "full":
         formulation = "tree"
-        if "crank_pin" not in ran.loose:  # the reference's multipliers need an ideal pin
+        if "crank_pin" not in setup.loose:  # the reference's multipliers need an ideal pin
             model, formulation, host = "reference", "multiplier", scene.labels[1]
-    third = ran.variant({f"solver.{model}.formulation": formulation})
-    compare = command_line("compare", [f"{scene.name}-{which}.csv" for which in (host, formulation)], {})
-    return _run(third, model, scene.name, formulation), _run(ran, host, scene.name), compare
+    third = setup.variant({f"solver.{model}.formulation": formulation})
+    compare = command_line("compare", [f"{scene.name}-{part}.csv" for part in (host, formulation)], {})
+    return _run(third, model, scene.name, formulation), _run(setup, host, scene.name), compare
 
 
 def _run(scene: Scene, model: str, name: str, what: str = "") -> str:
@@ -429,8 +429,8 @@ def definition(scenes: Sequence[SceneComparison]) -> list[str]:
     """Return the definition of the verdicts of these scenes, one step per line."""
     import jinja2
 
-    judged = [tier for scene in scenes for tier in scene.tiers]
-    channels = [channel for tier in judged for channel in tier.channels.values()]
+    tiers = [tier for scene in scenes for tier in scene.tiers]
+    channels = [channel for tier in tiers for channel in tier.channels.values()]
     template = jinja2.Template(
         files("comparison.words").joinpath("definition.j2").read_text("utf-8"),
         undefined=jinja2.StrictUndefined,
@@ -440,17 +440,18 @@ def definition(scenes: Sequence[SceneComparison]) -> list[str]:
     text = template.render(
         u=uncertainty,
         usual=thresholds(),
-        tiers={tier.tier: thresholds(tier.tier) for tier in judged},
+        tiers={tier.tier: thresholds(tier.tier) for tier in tiers},
         uncertain=any(channel.u is not None for channel in channels),
         fixed=any(channel.u is None for channel in channels),
-        of_scene=any(tier.scene or (tier.ran and not tier.ran.is_linkage) for tier in judged) or not judged,
-        of_tables=any(tier.scene is None for tier in judged),
+        of_scene=any(tier.scene or (tier.run_scene and not tier.run_scene.is_linkage) for tier in tiers)
+        or not tiers,
+        of_tables=any(tier.scene is None for tier in tiers),
         first=uncertainty.FIRST,
         perturbation=number(uncertainty.PERTURBATION, 1),
         other_members=OTHER_MEMBERS,
         members=MEMBERS["reference"],
         enough=ENOUGH_MEMBERS,
-        attributed=any(tier.attribution.remaining for tier in judged),
+        attributed=any(tier.attribution.remaining for tier in tiers),
         late=[quantity(time, "s") for time in dict.fromkeys(c.time_tolerance for c in channels) if time],
         limits=", ".join(
             dict.fromkeys(f"{check.metric} {bound(check)}" for c in channels for check in c.checks)
@@ -460,7 +461,7 @@ def definition(scenes: Sequence[SceneComparison]) -> list[str]:
 
 
 def ratio_name(scenes: Sequence[SceneComparison]) -> str:
-    """Return the name of the ratio that these verdicts rest on."""
+    """Return the name of the ratio that decides these verdicts."""
     channels = (c.ratio_name for scene in scenes for tier in scene.tiers for c in tier.channels.values())
     limits = thresholds()
     return next(channels, f"|E|/{limits.k:g}u ({100 * limits.share:g}%)")

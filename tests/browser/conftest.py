@@ -42,7 +42,7 @@ def comparisons():
         replace(
             press, name="crashed", verdict="cannot compare", channels={}, events=(None, None), provenance={},
             error="scene 'crashed': the exudyn run did not succeed: crashed; exit code 3",
-            failed=Job(load_scene("150rpm-0.2mm"), "exudyn"),
+            failed_job=Job(load_scene("150rpm-0.2mm"), "exudyn"),
         ),
     ]  # fmt: skip
     return [replace(scene, pulses=half_sines(scene)) for scene in scenes]

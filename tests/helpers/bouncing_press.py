@@ -109,7 +109,7 @@ def make_scene(name="press", alter=lambda columns: columns, tier="standard"):
         title="A made-up press, 2 cycles",
         description="A mass between two walls under a reversing force.",
         command=f"sixbar validate {name}",
-        ran=scene,
+        run_scene=scene,
         attribution=Attribution(explained=0.99996),
         causes=(),
     )

@@ -1,4 +1,4 @@
-"""Results in a notebook: a table made from a model's result in one call, shown as a table and drawn.
+"""Results in a notebook: a model's result as a table, which a notebook shows and draws.
 
 >>> from comparison.report.pictures.notebook import tabulated
 >>> from comparison.scene import load_scene
@@ -27,7 +27,7 @@ from comparison.tables.table import Table, TableError
 
 @dataclass(frozen=True, repr=False)
 class RunTable(Table):
-    """A `comparison.tables.table.Table` that draws itself and that notebooks show."""
+    """A `comparison.tables.table.Table` that notebooks show and that draws its channels."""
 
     def plot(self, *names: str, other: Table | None = None) -> Picture:
         """Draw channels over time, a panel each, by default the slider's x; another table over this one."""
@@ -40,11 +40,11 @@ class RunTable(Table):
         return picture(tables, names or ("slider_x",))
 
     def _repr_html_(self) -> str:
-        known = self.definitions
+        definitions = self.definitions
         extremes = [map(number, table_extremes(self, name)) for name in self.channels]
         rows = pd.DataFrame(extremes, columns=["smallest", "largest"])
         rows.insert(0, "channel", self.channels)
-        rows.insert(1, "unit", [known[name].unit if name in known else "" for name in self.channels])
+        rows.insert(1, "unit", [definitions[n].unit if n in definitions else "" for n in self.channels])
         status = self.provenance.get("status", "")
         contacts = "" if self.events is None else f", {len(self.events)} contacts"
         end = f"{number(float(self.time[-1]))} s{contacts}" if len(self.frame) else "none"
@@ -54,7 +54,7 @@ class RunTable(Table):
 
 
 def tabulated(result: Any) -> RunTable:
-    """Return the table of a model's result; `TableError` where it is incomplete."""
+    """Return the table of a model's result; raise `TableError` if it is incomplete."""
     return RunTable.from_result(result)
 
 

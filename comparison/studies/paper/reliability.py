@@ -18,7 +18,7 @@ from comparison.report.figures import against_angle
 from comparison.scene import Scene, load_scene
 from comparison.studies.shared.scenes import at_tier
 from comparison.studies.shared.study import Study, crossed, write_csv
-from comparison.words.reliability import rounded
+from comparison.words.reliability import format_reliability
 
 LEFT_OUT = 1
 """Cycles at the start of a long run, which still depend on the initial position of the slider."""
@@ -109,7 +109,7 @@ def page(results: Results) -> dict[str, object]:
         "margin": f"{MARGIN:g}",
         "smallest": _by_quantity(long),
         "loads": loaded.join(idle.add_suffix("_idle")),
-        "rounded": rounded,
+        "rounded": format_reliability,
     }
 
 
@@ -117,7 +117,7 @@ def _by_quantity(rows: pd.DataFrame) -> str:
     """Return both models' smallest reliabilities, once where they round to the same, with the verdicts."""
     cells = []
     for row in rows.to_dict("records"):
-        both = dict.fromkeys(rounded(row[f"{model}_smallest"]) for model in MODELS)
+        both = dict.fromkeys(format_reliability(row[f"{model}_smallest"]) for model in MODELS)
         verdict = row["verdict"] if row["verdict"] == "agree" else f"**{row['verdict']}**"
         cells.append(f"{' and '.join(both)}, {verdict}")
     return crossed("scene", list(rows["scene"]), list(rows["quantity"]), cells)

@@ -123,7 +123,7 @@ class Comparison(Task):
         if self.scene.is_linkage:
             return self.linkage_row()
         case = self.case
-        outcomes = dict(zip(case.own, case.start(list(case.own.values())), strict=True))
+        outcomes = dict(zip(case.scene_jobs, case.start(list(case.scene_jobs.values())), strict=True))
         judged = case.judge(outcomes)
         result = judged.comparison
         if not judged.runs:
@@ -133,8 +133,8 @@ class Comparison(Task):
         if self.fault is not None:
             return row
         if row["verdict"] == "differ":
-            assert result.ran is not None
-            errs, why = adjudicate(result, tuple(judged.runs.values()), result.ran)
+            assert result.run_scene is not None
+            errs, why = adjudicate(result, tuple(judged.runs.values()), result.run_scene)
             return row | {"errs": errs, "reason": f"{row['reason']}; {why}"}
         # Both models locate touches at the tight tier; five bodies do to a step of time only.
         own = judged.runs if self.tier == "tight" else {}

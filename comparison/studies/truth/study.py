@@ -113,7 +113,7 @@ def measure_scene(task: AgainstTruth, progress: Progress) -> Row:
     true = at_own_samples(dense, scene)
     (validated,) = validate(scene, n_jobs=0)
     for tier, comparison in zip(TIERS, validated.comparison.tiers, strict=True):
-        ran, alpha = comparison.ran or scene, thresholds(tier).alpha
+        ran, alpha = comparison.run_scene or scene, thresholds(tier).alpha
         ideal = {(m, kind): Job(level, m) for m in MODELS for kind, level in ideal_scenes(ran, m).items()}
         jobs = (ran, families(dense_scene(ran), MODELS)), (next(iter(ideal.values())).scene, ideal)
         pair, ideals = (

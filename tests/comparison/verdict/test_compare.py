@@ -56,7 +56,7 @@ def test_the_lines_state_the_setting_its_value_and_what_was_expected_of_it(scene
     result = compared(scene, make_runs(1e-10, refinement=(10.0, 1.0)), make_runs(1e-6))
     assert attribution_lines(result) == [
         "100.00% of the judged samples explained",
-        "left of the difference: 100.0% with reference's tolerance / 10 (1e-10; 0.1 of its own error), 25.0% "
+        "remaining difference: 100.0% with reference's tolerance / 10 (1e-10; 0.1 of its own error), 25.0% "
         "with exudyn's step / 2 (2e-06 s; with its tolerance, 1e-07; 0.25 of its own error), 25.0% with both",
     ]
 

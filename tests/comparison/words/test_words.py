@@ -77,7 +77,7 @@ def test_half_the_time_is_advised_where_no_finer_setting_is_left(read):
     scene = load_scene("wedge", {"drive.cycles": 0.3})
     ran = scene if read else dataclasses.replace(scene, source="")
     at = np.array([0.0, 1.0])
-    advised = card(SceneComparison(("a", "b"), "indeterminate", at, {}, ran=ran)).commands
+    advised = card(SceneComparison(("a", "b"), "indeterminate", at, {}, run_scene=ran)).commands
     assert advised == (("sixbar validate wedge --set drive.cycles=0.15",) if read else ())
 
 
