@@ -22,7 +22,7 @@ STUDIES = {
 }
 """Study -> its subject, in one line."""
 NAMES = tuple(STUDIES)
-MOVED = {
+SUCCESSORS = {
     "as-published": "paper --part main",
     "identification": "paper --part identification",
     "nonlinear": "paper --part nonlinear",

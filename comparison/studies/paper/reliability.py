@@ -17,7 +17,7 @@ from comparison.report import svg
 from comparison.report.figures import against_angle
 from comparison.scene import Scene, load_scene
 from comparison.studies.shared.scenes import at_tier
-from comparison.studies.shared.study import Study, crossed, write_csv
+from comparison.studies.shared.study import Study, cross_table, write_csv
 from comparison.words.reliability import rounded
 
 LEFT_OUT = 1
@@ -120,7 +120,7 @@ def _by_quantity(rows: pd.DataFrame) -> str:
         both = dict.fromkeys(rounded(row[f"{model}_smallest"]) for model in MODELS)
         verdict = row["verdict"] if row["verdict"] == "agree" else f"**{row['verdict']}**"
         cells.append(f"{' and '.join(both)}, {verdict}")
-    return crossed("scene", list(rows["scene"]), list(rows["quantity"]), cells)
+    return cross_table("scene", list(rows["scene"]), list(rows["quantity"]), cells)
 
 
 def draw(results: Results, folder: Path) -> None:

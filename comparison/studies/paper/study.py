@@ -19,7 +19,7 @@ from comparison.studies.paper.claims import BARE, CRITERIA, Verdict, judge_all
 from comparison.studies.paper.ledger import Entry, Joint, Size, Use
 from comparison.studies.paper.runs import CENTRAL, DATA, HYPOTHESES, INPUTS, REACH, VARIANTS, Runs
 from comparison.studies.shared.published import published
-from comparison.studies.shared.study import Study, crossed, markdown, part, share, write_csv
+from comparison.studies.shared.study import Study, cross_table, markdown, part, share, write_csv
 
 FACTORS = (1.5, ledger.FACTOR, 3.0)  # of random sizes
 REACHES = (0.01, REACH, 0.05)  # of a cycle
@@ -306,7 +306,7 @@ def _solver(solver: pd.DataFrame) -> str:
         for row in ends.to_dict("records")
     ]
     columns = [f"{row.relative:.2g} / {row.absolute:.2g}" for row in ends.itertuples()]
-    return crossed("printed as", list(ends["id"]), columns, cells)
+    return cross_table("printed as", list(ends["id"]), columns, cells)
 
 
 def _equal_pairs(solver: pd.DataFrame) -> dict[str, int]:
@@ -323,7 +323,7 @@ def _forms(tried: pd.DataFrame) -> str:
     own = tried[(tried["why"] == "") & (tried["variant"] != VARIANTS[0]["name"])]
     ratios = own["median"] / (own["median"] - own["change"])
     cells = [number(ratio, 3) if np.isfinite(ratio) else MISSING for ratio in ratios]
-    return crossed("printed as", list(own["id"]), list(own["variant"]), cells)
+    return cross_table("printed as", list(own["id"]), list(own["variant"]), cells)
 
 
 def draw(results: Results, folder: Path) -> None:

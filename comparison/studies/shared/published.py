@@ -1,4 +1,4 @@
-"""The figures that the paper prints, from ``published_results.csv``, and what each is used for.
+"""The figures that the paper prints, from ``published_results.csv``, and the use of each.
 
 Column ``use``: "prediction" where nothing in the scenes was taken from the figure; "geometry" and "reference
 line" where the part identification fits these to it, or corrects by it what it fits; "reliability limit"

@@ -15,7 +15,7 @@ from comparison.report import svg
 from comparison.studies.shared.scenes import at_tier
 from comparison.studies.shared.study import (
     Study,
-    crossed,
+    cross_table,
     interval,
     markdown,
     part,
@@ -193,7 +193,7 @@ def page(table: pd.DataFrame) -> dict[str, object]:
         "controls": ", ".join(
             f"{times} times {verdict}" for verdict, times in groups[CONTROL]["verdict"].value_counts().items()
         ),
-        "faults": crossed(
+        "faults": cross_table(
             "fault in the",
             [kind for kind, *_ in hits.index],
             [_place(model, tier) for _, model, tier in hits.index],
