@@ -109,7 +109,7 @@ def _run(scene: Scene, model: str, end: float) -> Outcome:
 
     try:
         return run_here(scene, model, in_time)
-    except _OutOfTimeError:
+    except _OutOfTimeError as error:
         return Outcome(CUT_OFF, f"{100 * error.args[0]:.3g} % of its time was run")
 
 
