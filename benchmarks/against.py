@@ -97,7 +97,7 @@ def interleaved(checkouts: dict[str, Path], cases: dict[Any, tuple[Any, ...]], r
     return pd.DataFrame(rows)
 
 
-def ratios(rows: pd.DataFrame, *beside: str) -> pd.DataFrame:
+def ratios(rows: pd.DataFrame, *columns: str) -> pd.DataFrame:
     """Return, for each case, medians of either checkout, and the quartiles of here / there in time."""
     seconds = rows.pivot_table("seconds", ["case", "round"], "which", sort=False)
     by_case = (seconds["here"] / seconds["there"]).groupby("case", sort=False)
@@ -105,9 +105,9 @@ def ratios(rows: pd.DataFrame, *beside: str) -> pd.DataFrame:
         f"{which} (s)": seconds[which].groupby("case", sort=False).median() for which in ("there", "here")
     }
     result |= {f"here/there {share:.0%}": by_case.quantile(share) for share in (0.25, 0.5, 0.75)}
-    for what in beside:
-        medians = rows.pivot_table(what, "case", "which", aggfunc="median", sort=False)
-        result |= {f"{what} {which}": medians[which] for which in ("there", "here")}
+    for column in columns:
+        medians = rows.pivot_table(column, "case", "which", aggfunc="median", sort=False)
+        result |= {f"{column} {which}": medians[which] for which in ("there", "here")}
     return pd.DataFrame(result)
 
 

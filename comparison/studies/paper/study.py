@@ -15,7 +15,7 @@ from comparison.models import MODELS
 from comparison.reliability.errors import QUANTITIES, unit_of
 from comparison.scene import load_scene
 from comparison.studies.paper import figures, ledger, numerics, runs
-from comparison.studies.paper.claims import BARE, CRITERIA, Verdict, judge_all
+from comparison.studies.paper.claims import CRITERIA, NIL, Verdict, judge_all
 from comparison.studies.paper.ledger import Entry, Joint, Size, Use
 from comparison.studies.paper.runs import CENTRAL, DATA, HYPOTHESES, INPUTS, REACH, VARIANTS, Runs
 from comparison.studies.shared.published import published
@@ -52,7 +52,7 @@ class Results(NamedTuple):
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
     """Run everything and judge it."""
     usual = [pair for pair in config.solver.tolerances if pair in numerics.DEFAULTS]
-    bare = config.solver._replace(tolerances=usual, gains=(BARE,), draws=1)
+    bare = config.solver._replace(tolerances=usual, gains=(NIL,), draws=1)
     solver = [numerics.measure(each, n_jobs, part(on_progress, 0.35, 0.6)) for each in (config.solver, bare)]
     models = replace(
         runs.simulate(config.runs, n_jobs, part(on_progress, 0.0, 0.35)),
@@ -89,7 +89,7 @@ def page(results: Results) -> Mapping[str, object]:
     some = {"": pin.notna(), "velocities and accelerations, ": fast}
     some["velocities and accelerations, less those with clearance at the crank pin, "] = fast & ~pin
     some["less poisson-0.33, a near copy, "] = peaks["scene"] != ledger.POISSON
-    timed = {part + name: _agreeing(peaks[a & b]) for part, a in some.items() for name, b in near.items()}
+    timed = {part + name: _agreement(peaks[a & b]) for part, a in some.items() for name, b in near.items()}
     inside = judged[judged["without"]].merge(peaks[peaks["reach"] == REACH], on=["id", "hypothesis"])
     fitted = entries.index[(entries["use"] == Use.CALIBRATION) & entries["quantity"].str.startswith("min_")]
     missed = results.judged[results.judged["id"].isin(fitted) & (results.judged["size"] == Size.OUTSIDE)]
@@ -108,17 +108,17 @@ def page(results: Results) -> Mapping[str, object]:
         "missed": {name: int((missed["hypothesis"] == name).sum()) for name in HYPOTHESES},
         "factors": FACTORS,
         "close": int(((ratio - 1.0).abs() <= ledger.CLOSE).sum()),
-        "near": _near(ratio),
+        "near": _hits(ratio),
         "joints": results.joints,
-        "proportion": _in_proportion(predicted),
+        "proportion": _proportion(predicted),
         "sizes": tuple(Size),
-        "predictions": markdown(_written(predicted, results.judged)),
+        "predictions": markdown(_entry_table(predicted, results.judged)),
         "pin": _pin(results.runs),
-        "others": markdown(_written(entries[entries["use"] == Use.CALIBRATION], results.judged)),
-        "instants": markdown(_times(times[times["reach"] == REACH])),
+        "others": markdown(_entry_table(entries[entries["use"] == Use.CALIBRATION], results.judged)),
+        "instants": markdown(_instant_table(times[times["reach"] == REACH])),
         "dated": times["id"].nunique(),
         "agreeing": timed,
-        "inside": _agreeing(inside),
+        "inside": _agreement(inside),
         "angles": len(angles),
         "angles_met": {model: int((each == angles).sum()) for model, each in ours.items()},
         "angles_chance": {model: number(each[0], 2) for model, each in by_chance.items()},
@@ -146,11 +146,11 @@ def page(results: Results) -> Mapping[str, object]:
         "wide": f"{ledger.WIDE:g}",
         "config": results.runs.config,
         "central": CENTRAL,
-        "bare": f"{BARE:g}",
+        "bare": f"{NIL:g}",
     }
 
 
-def _in_proportion(predicted: pd.DataFrame) -> dict[str, int]:
+def _proportion(predicted: pd.DataFrame) -> dict[str, int]:
     """Return how many peaks of conditions other than the central case's are near ours, and near a rule's.
 
     It has the printed sizes of the central case in proportion to the clearance, to that times the speed
@@ -163,10 +163,10 @@ def _in_proportion(predicted: pd.DataFrame) -> dict[str, int]:
     rule = quantities.map((printed / scale)[central].groupby(quantities).first()) * scale
     others = predicted["scene"].isin({*runs.SLIDER} - {CENTRAL, ledger.POISSON})
     sizes = {"ours": predicted[MODELS[0]].abs(), "rule": rule}
-    return {"of": int(others.sum())} | {name: _near((printed / own)[others]) for name, own in sizes.items()}
+    return {"of": int(others.sum())} | {name: _hits((printed / own)[others]) for name, own in sizes.items()}
 
 
-def _near(ratios: pd.Series) -> int:
+def _hits(ratios: pd.Series) -> int:
     """Return how many ratios are within `ledger.FACTOR`."""
     return int(ratios.between(1 / ledger.FACTOR, ledger.FACTOR).sum())
 
@@ -183,7 +183,7 @@ def _pin(models: Runs) -> dict[str, str]:
     }
 
 
-def _agreeing(peaks: pd.DataFrame) -> dict[str, dict[str, str]]:
+def _agreement(peaks: pd.DataFrame) -> dict[str, dict[str, str]]:
     """Return by hypothesis how many instants there are, and how many agree in the mean of all draws."""
     return {
         name: {"of": str(len(rows))} | {key: number(rows[key].sum(), 2) for key in SHARES}
@@ -194,7 +194,7 @@ def _agreeing(peaks: pd.DataFrame) -> dict[str, dict[str, str]]:
 def _by_setting(predicted: pd.DataFrame, judged: pd.DataFrame, solver: pd.DataFrame) -> dict[Any, Any]:
     """Return the least and most predictions inside with u_D of one tolerance and gain, and by chance."""
     exact, printed = predicted[MODELS[0]].abs(), judged["id"].map(predicted["printed_size"])
-    runs = solver[solver["gain"] > BARE].dropna(subset=["value"])
+    runs = solver[solver["gain"] > NIL].dropna(subset=["value"])
     counts = []
     for _, own in runs.assign(default=True).groupby(["relative", "absolute", "gain"]):
         known = numerics.u_d(own, {str(name): size for name, size in exact.items()})
@@ -249,7 +249,7 @@ def _interval(entry: Entry, judged: Entry) -> str:
     return f"{' … '.join(_size(end, entry) for end in ends)}: {said} ({chance})"
 
 
-def _written(entries: pd.DataFrame, judged: pd.DataFrame) -> pd.DataFrame:
+def _entry_table(entries: pd.DataFrame, judged: pd.DataFrame) -> pd.DataFrame:
     """Return entries as the page shows them: a column a hypothesis."""
     by = {(row["id"], row["hypothesis"]): row for row in judged.to_dict("records")}
     rows = []
@@ -286,7 +286,7 @@ def _remarks(entry: Entry, judged: list[Entry]) -> list[str]:
     return said
 
 
-def _times(instants: pd.DataFrame) -> pd.DataFrame:
+def _instant_table(instants: pd.DataFrame) -> pd.DataFrame:
     """Return the printed instants, a column a hypothesis: shares as printed, and a period earlier."""
     rows: dict[str, dict[str, str]] = {}
     for each in instants.to_dict("records"):
@@ -299,7 +299,7 @@ def _times(instants: pd.DataFrame) -> pd.DataFrame:
 
 def _solver(solver: pd.DataFrame) -> str:
     """Return extreme sizes of the runs by the paper's solver with stabilization, a column a tolerance."""
-    own = solver[(solver["gain"] > BARE) & solver["value"].notna()].assign(size=lambda f: f["value"].abs())
+    own = solver[(solver["gain"] > NIL) & solver["value"].notna()].assign(size=lambda f: f["value"].abs())
     ends = own.groupby(["id", "relative", "absolute"], sort=False)["size"].agg(["min", "max"]).reset_index()
     cells = [
         " … ".join(quantity(row[end], runs.numbers().loc[row["id"], "unit"]) for end in ("min", "max"))
@@ -311,7 +311,7 @@ def _solver(solver: pd.DataFrame) -> str:
 
 def _equal_pairs(solver: pd.DataFrame) -> dict[str, int]:
     """Return of how many pairs of runs under two Poisson's ratios the displacements agree as in print."""
-    own = solver[solver["default"] & (solver["gain"] > BARE)]
+    own = solver[solver["default"] & (solver["gain"] > NIL)]
     keys = ["relative", "absolute", "gain", "inside", "draw"]
     one, other = (own[own["id"] == name].set_index(keys)["value"].abs() for name in POISSON_PAIR)
     ratio = (one / other).dropna()
