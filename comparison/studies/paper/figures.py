@@ -46,9 +46,9 @@ ERRORS = {
 """Figure -> prefixes of the ids of the printed peaks of its two conditions."""
 
 
-def draw(runs: Runs, entries: pd.DataFrame, judgements: pd.DataFrame, folder: Path) -> None:
+def draw(runs: Runs, entries: pd.DataFrame, verdicts: pd.DataFrame, folder: Path) -> None:
     """Write the figures of runs and of the ledger."""
-    _predictions(entries, judgements, folder / "predictions.svg")
+    _predictions(entries, verdicts, folder / "predictions.svg")
     _responses(runs, folder / "figure-7.svg")
     _pin(runs, folder / "figure-8-pin.svg")
     for name, conditions in ERRORS.items():
@@ -82,7 +82,7 @@ def _both(panel: Axes, x: Array, values: Mapping[str, Array]) -> None:
         panel.plot(x[points], y[points], label=model, **LINES[model])
 
 
-def _predictions(entries: pd.DataFrame, judgements: pd.DataFrame, path: Path) -> None:
+def _predictions(entries: pd.DataFrame, verdicts: pd.DataFrame, path: Path) -> None:
     """Draw printed sizes over ours, with both intervals: a panel a quantity, a line a condition."""
     predictions = entries[entries["use"] == Use.PREDICTION]
     kind = predictions["unit"].map({"m": "displacement", "m/s": "velocity", "m/s^2": "acceleration"})
@@ -96,7 +96,7 @@ def _predictions(entries: pd.DataFrame, judgements: pd.DataFrame, path: Path) ->
         for panel, quantity in zip(axes, QUANTITIES, strict=True):
             panel.axvline(1.0, color=svg.GRID, lw=0.8)
             mask = kind == quantity
-            for hypothesis, rows in judgements.groupby("hypothesis", sort=False):
+            for hypothesis, rows in verdicts.groupby("hypothesis", sort=False):
                 aside, colour, of = BARS[str(hypothesis)]
                 ends = rows.set_index("id").reindex(predictions.index[mask])
                 for end, width, label in (("_without", 5, f"our interval, {of}"), ("", 1, f"with u_D, {of}")):
