@@ -150,8 +150,8 @@ def scipy_runs(count: int, seed: int) -> Iterator[Draw]:
         yield Draw(number, {"method": method, "formulation": name, "law": law}, "paper", values)
 
 
-class Worst(NamedTuple):
-    """Steps outside the bound, the largest value of all (m), and when (s)."""
+class Breach(NamedTuple):
+    """Steps outside the bound, the largest value of all (m), and its time (s)."""
 
     steps: int = 0
     value: float = 0.0
@@ -166,9 +166,9 @@ class Finding(NamedTuple):
 
     status: str
     steps: int
-    open: Worst = Worst()
-    touch: Worst = Worst()
-    closed: Worst = Worst()
+    open: Breach = Breach()
+    touch: Breach = Breach()
+    closed: Breach = Breach()
 
     @property
     def too_deep(self) -> bool:
@@ -182,7 +182,7 @@ def check_steps(draw: Draw, limit: int = LIMIT) -> Finding:
     if run.status == NOT_REPRODUCED:
         raise RuntimeError(f"run {draw.number}: a step could not be reproduced: {draw.changes}")
     rows = (run.depths[row] for row in (OUTSIDE, TOUCHING, CLOSED))
-    worst = (Worst(int(row[VIOLATIONS]), float(row[WORST]), float(row[TIME])) for row in rows)
+    worst = (Breach(int(row[VIOLATIONS]), float(row[WORST]), float(row[TIME])) for row in rows)
     return Finding(STATUS[run.status], run.steps, *worst)
 
 
@@ -195,7 +195,7 @@ def check_table(draw: Draw) -> Finding:
     except ValueError:  # a tolerance too coarse for the clearance
         return Finding(REFUSED, 0)
     times, events = result.columns["time"], result.events
-    worst, violations = Worst(), 0
+    worst, violations = Breach(), 0
     for corner, depth in depths(scene, result.columns).items():
         # A side of a foundation has one contact, of both its corners.
         whole_side = draw.changes["contact.law"] == "foundation"
@@ -203,7 +203,7 @@ def check_table(draw: Draw) -> Finding:
         depth[in_contact(times, events["start"][rows], events["end"][rows])] = 0.0
         violations += int(np.count_nonzero(depth > SCIPY_FACTOR * draw.changes["solver.reference.tolerance"]))
         if depth.max(initial=0.0) > worst.value:
-            worst = Worst(0, float(depth.max()), float(times[depth.argmax()]))
+            worst = Breach(0, float(depth.max()), float(times[depth.argmax()]))
     status = {"success": FINISHED, "work-limit": STOPPED}.get(result.status, result.status)
     return Finding(status, int(result.provenance["counters"]["steps"]), worst._replace(steps=violations))
 
@@ -254,7 +254,7 @@ def report(what: str, draws: Sequence[Draw], results: Sequence[Finding]) -> None
         if one.status in RESULTS:
             rows.append(draw.labels | {"all": what, "runs": 1})
             for part, heading in PARTS.items():
-                worst: Worst = getattr(one, part)
+                worst: Breach = getattr(one, part)
                 rows[-1] |= {heading: worst.steps > 0, f"{heading} (m)": worst.value}
     if not rows:
         return

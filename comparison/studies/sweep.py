@@ -26,7 +26,7 @@ from comparison.models import find
 from comparison.reliability.errors import slider_errors
 from comparison.scene import Scene, parse_set
 from comparison.scene.keys import did_you_mean, toml
-from comparison.studies.shared.scenes import settable
+from comparison.studies.shared.scenes import key_values
 from comparison.tables.channels import known_channels
 from comparison.tables.table import Table
 
@@ -244,7 +244,7 @@ def sweep(
             close = get_close_matches(name, choices, n=1)
             hint = f"did you mean {close[0]!r}?" if close else f"such as {', '.join(DEFAULTS)}"
             raise SweepError(f"--output {name!r} is not a quantity of a run; {hint}")
-    keys = [key for key in settable(base.data) if not key.startswith("scene.")]
+    keys = [key for key in key_values(base.data) if not key.startswith("scene.")]
     for key in dict.fromkeys(key for point in points for key in point):
         if key not in keys:
             hint = f"is not a key of a scene{did_you_mean(key, base.schema)}"
@@ -313,7 +313,7 @@ def on_cluster(address: str) -> Spread:
             except TimeoutError as error:
                 raise SweepError(f"{where}: has no workers") from error
             futures = {
-                client.submit(_alone, attempt, task, key=f"sixbar-{key}", pure=False, retries=0): key
+                client.submit(_run_task, attempt, task, key=f"sixbar-{key}", pure=False, retries=0): key
                 for key, task in tasks.items()
             }
             for future in as_completed(futures, loop=client.loop):
@@ -330,6 +330,6 @@ def on_cluster(address: str) -> Spread:
     return spread
 
 
-def _alone(attempt: Attempt, task: Task) -> Any:
+def _run_task(attempt: Attempt, task: Task) -> Any:
     """Run a task on the cluster, where no progress is reported."""
     return attempt(task, lambda _: None)

@@ -102,7 +102,7 @@ class Results(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Timed(Task):
+class TimedRun(Task):
     """A run to be timed."""
 
     name: str  # shipped scene
@@ -117,12 +117,12 @@ class Timed(Task):
         return self.model, MODELS[0]
 
 
-def measure(task: Timed, progress: Progress) -> Row:
+def measure(task: TimedRun, progress: Progress) -> Row:
     """Run a scene and return its processor time, work, and error of x, m."""
     run = time_run(Candidate(task.scene, task.model, task.label, "", nan), progress)
     if run.x is None:
         return {"status": run.status, "seconds": None, "evaluations": None, "error": None}
-    error = float(np.abs(run.x - exact(task.name, task.start)).max())
+    error = float(np.abs(run.x - exact_x(task.name, task.start)).max())
     return {"seconds": run.seconds, "evaluations": run.evaluations, "error": error}
 
 
@@ -136,13 +136,13 @@ def first_cycle(name: str, start: int = 0) -> Scene:
 
 
 @cache
-def exact(name: str, start: int) -> Array:
+def exact_x(name: str, start: int) -> Array:
     """Return x of the exact run, m, shape (n,)."""
     scene = scene_at(first_cycle(name, start), MODELS[0], "minimal", TRUTH)
     return run_one(scene, MODELS[0]).values(CHANNEL)
 
 
-def sweep_tasks(config: Config) -> list[tuple[Row, Timed]]:
+def sweep_tasks(config: Config) -> list[tuple[Row, TimedRun]]:
     """Return the labels and runs of the methods over their settings."""
     tasks = []
     for (method, settings), name in product(SWEEPS.items(), SCENES):
@@ -151,11 +151,11 @@ def sweep_tasks(config: Config) -> list[tuple[Row, Timed]]:
         for setting in settings[: config.settings]:
             labels = {"method": method.name, "model": method.model, "scene": name, "setting": setting}
             variant = scene.variant({f"solver.{method.model}.{key}": setting})
-            tasks.append((labels, Timed(name, 0, method.model, method.name, variant)))
+            tasks.append((labels, TimedRun(name, 0, method.model, method.name, variant)))
     return tasks
 
 
-def setting_tasks(config: Config) -> list[tuple[Row, Timed]]:
+def setting_tasks(config: Config) -> list[tuple[Row, TimedRun]]:
     """Return the labels and runs of the named settings from some starts, on the shipped scenes."""
     tasks = []
     for name, model in product(shipped_scenes()[: config.scenes], MODELS):
@@ -166,7 +166,7 @@ def setting_tasks(config: Config) -> list[tuple[Row, Timed]]:
                     labels = {"scene": name, "formulation": formulation, "accuracy": accuracy}
                     variant = scene.variant(solver_values(model, accuracy, scene))
                     labels |= {"model": model, "cycles": scene.data["drive"]["cycles"]}
-                    tasks.append((labels, Timed(name, start, model, formulation, variant)))
+                    tasks.append((labels, TimedRun(name, start, model, formulation, variant)))
     return tasks
 
 
@@ -184,7 +184,7 @@ def distances(n_jobs: int) -> list[float]:
     jobs = [Job(scene_at(first_cycle(name), MODELS[1], "tree", CONFIRMATION), MODELS[1]) for name in SCENES]
     tables = map(successful, run_all(jobs, n_jobs), jobs)
     pairs = zip(tables, SCENES, strict=True)
-    return [float(np.abs(table.values(CHANNEL) - exact(name, 0)).max()) for table, name in pairs]
+    return [float(np.abs(table.values(CHANNEL) - exact_x(name, 0)).max()) for table, name in pairs]
 
 
 # ---- curves: a row a setting, coarsest first; an error of 0 or nan is no point of one
@@ -237,10 +237,10 @@ def cheapest(rows: pd.DataFrame) -> list[dict[str, str]]:
     for scene in SCENES:
         table = costs(rows, scene).dropna(axis="columns", how="all")
         if not table.empty:
-            error, least = table.columns[-1], table.iloc[:, -1]
-            time = quantity(least.min(), "s")
+            error, seconds = table.columns[-1], table.iloc[:, -1]
+            time = quantity(seconds.min(), "s")
             lines.append(
-                {"scene": SCENES[scene], "method": str(least.idxmin()), "error": error, "time": time}
+                {"scene": SCENES[scene], "method": str(seconds.idxmin()), "error": error, "time": time}
             )
     return lines
 
@@ -248,7 +248,7 @@ def cheapest(rows: pd.DataFrame) -> list[dict[str, str]]:
 # ---- the named settings, as `comparison.accuracy` reads them
 
 
-def named_table(rows: Sequence[Row]) -> str:
+def settings_toml(rows: Sequence[Row]) -> str:
     """Return error bound and cost of the named settings as ``measured.toml``."""
     frame, lines = pd.DataFrame(rows), []
     startup = frame["model"].map(START)
@@ -304,7 +304,7 @@ def draw(results: Results, folder: Path) -> None:
     """Write the tables, and draw time over error for each scene, a panel a model."""
     rows = pd.DataFrame(results.rows)
     write_csv({"settings": rows}, folder)
-    write_text(named_table(results.settings), folder / "measured.toml")
+    write_text(settings_toml(results.settings), folder / "measured.toml")
     for scene in SCENES:
         _draw(rows, scene, folder / f"{scene}-seconds.svg")
 

@@ -61,8 +61,8 @@ def run_pairs(tasks: Sequence[PairRun], n_jobs: int, on_progress: Progress | Non
 
     Where a process died (`CRASHED`) or was ended (`LATE`) that is the status of both models.
     """
-    most = max((task.limit for task in tasks), default=LIMIT)
-    wall = GRACE * (len(MODELS) + FURTHER) * most
+    limit = max((task.limit for task in tasks), default=LIMIT)
+    wall = GRACE * (len(MODELS) + FURTHER) * limit
     rows = measure_all(run_pair, tasks, on_processes(n_jobs, wall), on_progress)
     return [row if row["status"] == SUCCESS else row | no_run(row["status"], row["message"]) for row in rows]
 

@@ -118,13 +118,13 @@ def defect(system: System, fault: float) -> dict[str, float]:
 
 
 def compare(
-    system: System, pair: tuple[str, float, str, float], start: Sequence[float], wrong: dict[str, float]
+    system: System, pair: tuple[str, float, str, float], start: Sequence[float], overrides: dict[str, float]
 ) -> SceneComparison:
     """Judge a pair, the second with parameters of its own."""
     first, one, second, other = pair
     return judge(
         system.side(first, start, system.parameters),
-        system.side(second, start, system.parameters | wrong),
+        system.side(second, start, system.parameters | overrides),
         tolerance=(None if first == STEP else one, None if second == STEP else other),
         step=(one if first == STEP else None, other if second == STEP else None),
         states=len(system.start),
@@ -139,7 +139,7 @@ def outcome(comparison: SceneComparison) -> Row:
     return {"verdict": comparison.verdict, "until": comparison.until, "tube": within}
 
 
-def errors(comparison: SceneComparison, true: Array, system: System) -> Row:
+def errors(comparison: SceneComparison, truth: Array, system: System) -> Row:
     """Return the time (s) at which a run parts from the truth by more than is judged, and numbers on u.
 
     Up to it the error, the largest within the window of u(t), is small, by the rule of `until`.
@@ -150,7 +150,7 @@ def errors(comparison: SceneComparison, true: Array, system: System) -> Row:
     parting, outside, widths = system.end, list[float](), list[float]()
     reach = max(1, ceil(comparison.window / system.times[1]))
     for column, channel in enumerate(comparison.channels.values()):
-        exact = true[:, column]
+        exact = truth[:, column]
         bound = alpha * (so_far(exact, FIRST) + so_far(-exact, FIRST))
         for values, u in ((channel.a, channel.u_a), (channel.b, channel.u_b)):
             error = np.abs(values - exact)

@@ -50,18 +50,18 @@ class Truth:
 
     def states(self, start: Sequence[float], offset: float = 0.0) -> Array:
         """Return the states at the samples, shape (samples, states), each moved by an offset at the start."""
-        states: Array = self._exact(start, offset).astype(np.float64)
+        states: Array = self._propagate(start, offset).astype(np.float64)
         return states
 
     def exponent(self, start: Sequence[float]) -> float:
         """Return the largest exponent, 1/s: mean growth of a small distance from a moved start."""
-        first = self._exact(start, 0.0)
-        differences = np.abs(self._exact(start, OFFSET) - first).astype(np.float64)
+        first = self._propagate(start, 0.0)
+        differences = np.abs(self._propagate(start, OFFSET) - first).astype(np.float64)
         distance = (differences / np.ptp(first.astype(np.float64), axis=0)).max(axis=1)
         last = np.flatnonzero(np.maximum.accumulate(distance) <= SMALL_DISTANCE)[-1]
         return max(float(np.log(distance[last] / distance[0]) / self.system.times[last]), 0.0)
 
-    def _exact(self, start: Sequence[float], offset: float) -> Any:
+    def _propagate(self, start: Sequence[float], offset: float) -> Any:
         self.taylor.time, shift = self.number(0), self.number(offset)
         self.taylor.state[:] = [self.number(value) + shift for value in start]
         self.taylor.pars[:] = self.number(self.system.regime(start, self.system.parameters))

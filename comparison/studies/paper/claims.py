@@ -102,8 +102,8 @@ def larger(runs: Runs, model: str, claim: Claim) -> Evidence:
     """Compare two conditions' errors, claimed to differ: of the second cycle, and of every later one."""
     channel, sides = claim["channel"], (claim["more"], claim["less"])
     more, less = (_sizes(runs, scene, model, channel) for scene in sides)
-    closest = np.clip(1.0, _ratio(more.min(), less.max()), _ratio(more.max(), less.min()))
-    values, unit, pairs = {"peaks": float(closest)}, channels()[channel].unit, pair_signs(more, less)
+    ratio = np.clip(1.0, _ratio(more.min(), less.max()), _ratio(more.max(), less.min()))
+    values, unit, pairs = {"peaks": float(ratio)}, channels()[channel].unit, pair_signs(more, less)
     if all((scene, model) in runs.long for scene in sides):
         later = pair_signs(*(_later_cycles(runs, scene, model, channel) for scene in sides))
         values["cycles"], pairs = float(later.mean()), np.append(pairs, later)
@@ -155,12 +155,12 @@ def stabilized(runs: Runs, model: str, claim: Claim) -> Evidence:
     }
     rows = runs.solver[runs.solver["default"] & runs.solver["id"].isin(sizes)].dropna(subset=["value"])
     errors, mask = (rows["value"].abs() / rows["id"].map(sizes) - 1.0).abs(), rows["gain"] == NIL
-    without, stable = float(errors[mask].median()), float(errors[~mask].median())
+    median_without, median_with = float(errors[mask].median()), float(errors[~mask].median())
     kind, letters = rows["id"].str[-1], [name[0] for name in QUANTITIES]
     ratios = (errors[mask].groupby(kind).median() / errors[~mask].groupby(kind).median()).reindex(letters)
-    data = {"median relative error without": ([without], "1"), "with": ([stable], "1")}
+    data = {"median relative error without": ([median_without], "1"), "with": ([median_with], "1")}
     data |= {f"ratio, {name}": ([ratios[name[0]]], "1") for name in QUANTITIES}
-    return {"stabilized": _ratio(without, stable) if mask.any() else nan}, data
+    return {"stabilized": _ratio(median_without, median_with) if mask.any() else nan}, data
 
 
 def influence(runs: Runs, model: str, claim: Claim) -> Evidence:

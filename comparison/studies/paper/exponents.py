@@ -71,7 +71,7 @@ class Settings(NamedTuple):
 
 def exponents(
     orbit: Callable[[Array, int], tuple[Array, int]],
-    perturbed: Callable[[Array, int, int], Array],
+    advance: Callable[[Array, int, int], Array],
     start: Array,
     when: int,
     until: int,
@@ -90,10 +90,10 @@ def exponents(
     begins, logs, collapsed = [], [], []
     while when < until:
         after, end = orbit(state, when)
-        drift = (perturbed(state + round_off * diagonal / scale, when, end) - after) * scale
+        drift = (advance(state + round_off * diagonal / scale, when, end) - after) * scale
         error = float(np.linalg.norm(drift))
         starts = state + distances[:, None] * directions / scale
-        offsets = (np.array([perturbed(beside, when, end) for beside in starts]) - after) * scale
+        offsets = (np.array([advance(neighbour, when, end) for neighbour in starts]) - after) * scale
         norms = np.linalg.norm(offsets, axis=1)
         collapse = norms <= MARGIN * error
         directions[~collapse] = offsets[~collapse] / norms[~collapse, None]
@@ -191,10 +191,10 @@ class Press:
             if flying.size:
                 end = when + shortest + int(flying[0])
                 # Run once more to there: the tables of the perturbed runs end at that sample too.
-                return self.perturbed(state, when, end), end
+                return self.advance(state, when, end), end
         raise ValueError(f"scene {self._scene.name!r}: the slider does not fly for a cycle")
 
-    def perturbed(self, state: Array, when: int, end: int) -> Array:
+    def advance(self, state: Array, when: int, end: int) -> Array:
         """Take a state, shape (4,), from one time to another."""
         return np.asarray(states(self._table(state, when, end - when), self._scene)[-1])
 
@@ -233,7 +233,7 @@ def measure(chain: Chain, progress: Progress) -> Row:
     when = TRANSIENT * SAMPLES + int(np.argmax(by_cycle(in_flight(table, scene), transient)[-1]))
     try:
         results = exponents(
-            press.orbit, press.perturbed, states(table, transient)[when], when, when + chain.cycles * SAMPLES,
+            press.orbit, press.advance, states(table, transient)[when], when, when + chain.cycles * SAMPLES,
             Settings(np.array(chain.distances), ROUND_OFF, scale(scene), SAMPLES, skip=1),
         )  # fmt: skip
     except ValueError as error:

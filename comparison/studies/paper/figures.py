@@ -97,11 +97,11 @@ def _predictions(entries: pd.DataFrame, verdicts: pd.DataFrame, path: Path) -> N
             panel.axvline(1.0, color=svg.GRID, lw=0.8)
             mask = kind == quantity
             for hypothesis, rows in verdicts.groupby("hypothesis", sort=False):
-                aside, colour, of = BARS[str(hypothesis)]
+                shift, colour, of = BARS[str(hypothesis)]
                 ends = rows.set_index("id").reindex(predictions.index[mask])
                 for end, width, label in (("_without", 5, f"our interval, {of}"), ("", 1, f"with u_D, {of}")):
                     low, high = (ends[f"{side}{end}"] / ours[mask] for side in ("low", "high"))
-                    y = place[mask] + aside
+                    y = place[mask] + shift
                     panel.hlines(y, low.clip(lower=EDGE), high, label=label, lw=width, color=colour)
                     panel.plot([low, high], [y, y], ls="", marker="|", ms=width, color=colour)
             panel.plot((predictions["printed_size"] / ours)[mask], place[mask], label="printed", **CIRCLE)
@@ -201,10 +201,10 @@ def _pin(runs: Runs, path: Path) -> None:
     with _grid(path, labels, MODELS, 5.4, "", 2, height_ratios=(1.8, 1), sharey="row") as axes:
         for top, low, model in zip(*axes, MODELS, strict=True):
             run = runs.pin[model]
-            both = 1e3 * (run.values("journal_x") + 1j * run.values("journal_y"))
+            pin = 1e3 * (run.values("journal_x") + 1j * run.values("journal_y"))
             force = np.abs(runs.pin_vector(model, "reaction_A_x", "reaction_A_y"))
             hard = (force > 0) & (force >= np.quantile(force, QUANTILE))
-            first, journal = both[~second_cycle(run)], both[second_cycle(run)]
+            first, journal = pin[~second_cycle(run)], pin[second_cycle(run)]
             top.plot(circle.real, circle.imag, label="clearance", **RANGE)
             for part, label, line in (
                 (first, "first cycle, from the centre", {"color": svg.DIFFERENCE, "lw": 0.6}),
@@ -214,10 +214,10 @@ def _pin(runs: Runs, path: Path) -> None:
             top.margins(0.06)
             top.set_aspect("equal", adjustable="box")
             top.set_xlabel("pin x in its bearing (mm)")
-            angle, beyond = np.degrees(np.angle(journal)) % 360.0, 1e3 * (np.abs(journal) - clearance)
+            angle, excess = np.degrees(np.angle(journal)) % 360.0, 1e3 * (np.abs(journal) - clearance)
             low.axhline(0.0, **RANGE)
-            low.plot(angle[::STRIDE], beyond[::STRIDE], ".", ms=1.2, color=COLOURS[model])
-            for panel, x, y in ((top, journal.real, journal.imag), (low, angle, beyond)):
+            low.plot(angle[::STRIDE], excess[::STRIDE], ".", ms=1.2, color=COLOURS[model])
+            for panel, x, y in ((top, journal.real, journal.imag), (low, angle, excess)):
                 label = f"force in its largest {1 - QUANTILE:.0%}"
                 panel.plot(x[hard], y[hard], "x", color=svg.INK, ms=4, label=label)
             low.set(xlim=(0, 360), xticks=range(0, 361, 90), xlabel="direction of the pin (deg)")

@@ -124,14 +124,14 @@ def page(results: Results) -> dict[str, object]:
     misses = fitting.residuals(shipped, best.topology, facts, facts["allowance"].to_numpy())
     shipped_facts = fitting.facts_of(shipped, best.topology)[1]
     table = facts.assign(best=best.facts, second=second.facts, shipped=shipped_facts)
-    six = "{:.6g}".format
-    writers: Columns = {"fact": str, "unit": str, "value": six, "allowance": partial(number, digits=2)}
-    writers |= dict.fromkeys(("best", "second", "shipped"), six)
+    write = "{:.6g}".format
+    writers: Columns = {"fact": str, "unit": str, "value": write, "allowance": partial(number, digits=2)}
+    writers |= dict.fromkeys(("best", "second", "shipped"), write)
     deviations = np.sqrt(np.diag(best.covariance))
     columns: dict[str, Any] = {"best": best.geometry, "standard deviation": deviations, "shipped": shipped}
     unknowns = {name: [_mm(value) for value in values] for name, values in columns.items()}
     gravities = {name: float(misfits[GRAVITY, value]) for name, value in GRAVITIES.items()}
-    most = DECISIVE * min(gravities.values())
+    threshold = DECISIVE * min(gravities.values())
     peaks = by_radius(results.ratios)
     power, radius, factor = fit_radius(peaks)
     return {
@@ -148,7 +148,7 @@ def page(results: Results) -> dict[str, object]:
         "shipped_misfit": sqrt(float(np.sum(misses**2)) / 2),
         "vibration": f"{1e3 * fitting.vibration():.1f}",
         "gravities": gravities,
-        "excluded": [name for name, value in gravities.items() if value >= most],
+        "excluded": [name for name, value in gravities.items() if value >= threshold],
         "power": power,
         "radii": sorted(exp(np.interp(0.0, np.log(peaks[name]), np.log(RADII))) for name in peaks),
         "likely": factor ** student.ppf(0.975, peaks.shape[1] - 1),
@@ -197,8 +197,8 @@ def draw(results: Results, folder: Path) -> None:
     """Draw the best press and the second at the ends of the stroke; write fits and peaks as CSV."""
     peaks = results.ratios.assign(misfit=misfit(results.ratios)).rename_axis(["varied", "value"])
     write_csv({"arrangements": ranking(results.fits), "peaks": peaks.reset_index()}, folder)
-    with svg.panels(folder / "press.svg", 1, 2, height=3.1, sharex=True, sharey=True) as both:
-        for axes, each, word in zip(both, results.fits, ("best", "second"), strict=False):
+    with svg.panels(folder / "press.svg", 1, 2, height=3.1, sharex=True, sharey=True) as panels:
+        for axes, each, word in zip(panels, results.fits, ("best", "second"), strict=False):
             angle = radians(each.facts[0]) + each.topology.crank * np.linspace(0.0, 2 * np.pi, 721)
             cycle = fitting.motion(each.geometry, each.topology, fitting.table_1()[0], angle)
             for path_of in (cycle.C, cycle.A):
@@ -216,8 +216,8 @@ def draw(results: Results, folder: Path) -> None:
             axes.margins(x=0.15, y=0.1)
             axes.set(aspect="equal", xlabel="position x (m)")
             axes.set_title(f"{word}: misfit {each.misfit:.2g}", fontsize=9)
-        both[0].set_ylabel("position y (m)")
-        svg.legend_above(both[0])
+        panels[0].set_ylabel("position y (m)")
+        svg.legend_above(panels[0])
 
 
 STUDY = Study(

@@ -124,13 +124,13 @@ def interval(sizes: Array, *others: float) -> Interval:
 
 def at_least(count: int, events: Iterable[Iterable[tuple[float, float]]]) -> float:
     """Return the probability of as many hits or more: `Interval.powers` that hold one number an event."""
-    exactly = np.ones(1)
+    probabilities = np.ones(1)
     for spans in map(list, events):
         edges = np.unique([-1.0, 1.0, *np.ravel(spans)])
         middles = (edges[1:] + edges[:-1]) / 2
         hits = sum((low <= middles) & (middles <= high) for low, high in spans) + np.zeros(len(middles), int)
-        exactly = np.convolve(exactly, np.bincount(hits, np.diff(edges) / 2))
-    return float(exactly[count:].sum())
+        probabilities = np.convolve(probabilities, np.bincount(hits, np.diff(edges) / 2))
+    return float(probabilities[count:].sum())
 
 
 def events(entries: pd.DataFrame) -> pd.Series:
@@ -370,9 +370,9 @@ def one_limit(runs: Runs, quantity: str) -> float:
     count. The errors are those of the first model: both have the same.
     """
     pairs = [
-        (CAP - printed.value, runs.reliabilities[scene_of(identifier), MODELS[0]][quantity])
-        for identifier, name, printed in printed_reliabilities()
-        if name == quantity and CAP - printed.value > printed.rounding
+        (CAP - datum.value, runs.reliabilities[scene_of(identifier), MODELS[0]][quantity])
+        for identifier, name, datum in printed_reliabilities()
+        if name == quantity and CAP - datum.value > datum.rounding
     ]
 
     def squares(log_limit: float) -> float:

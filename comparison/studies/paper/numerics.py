@@ -27,7 +27,7 @@ from comparison.reliability.errors import QUANTITIES
 from comparison.scene import Scene, load_scene
 from comparison.scene.schema import PARTNERS
 from comparison.studies.paper.runs import DATA, PEAKS, RANGES, numbers
-from comparison.studies.shared.scenes import settable
+from comparison.studies.shared.scenes import key_values
 from comparison.tables.channels import Array
 
 NORM = sqrt(30)  # of the components of the state, between both norms
@@ -66,7 +66,7 @@ class Press(NamedTuple):
 
 def press(scene: Scene) -> Press:
     """Return the numbers of a scene; its contact law is that of points, Eqs. 9 to 11."""
-    data, key = scene.data, settable(scene.data)
+    data, key = scene.data, key_values(scene.data)
     parts, contact, friction, initial = (data[k] for k in ("mechanism", "contact", "friction", "initial"))
     bodies = [parts[name] for name in ("crank", "rod2", "rocker", "rod4", "slider")]
     (l1, l2, l3, l4), (s1, s2, s3, s4) = ([rod[k] for rod in bodies[:4]] for k in ("length", "centroid"))

@@ -28,7 +28,7 @@ from comparison.scene import Scene, load_scene
 from comparison.scene.schema import Limits
 from comparison.studies.paper import fitting
 from comparison.studies.shared.published import CONDITION, printed_rows
-from comparison.studies.shared.scenes import at_tier, settable
+from comparison.studies.shared.scenes import at_tier, key_values
 from comparison.tables.channels import Array, BoolArray
 from comparison.tables.table import Table
 
@@ -134,15 +134,15 @@ class Runs:
 
     def long_errors(self, scene: str, model: str, channel: str) -> Array:
         """Return actual - ideal over many cycles, a row each, shape (cycles, long_samples)."""
-        samples, every = self.config.samples, self.config.samples // self.config.long_samples
-        ideal = self.ideal[scene, model].values(channel)[:samples:every]
+        samples, stride = self.config.samples, self.config.samples // self.config.long_samples
+        ideal = self.ideal[scene, model].values(channel)[:samples:stride]
         return self.by_cycle(scene, model, channel) - ideal
 
     def pin_vector(self, model: str, x: str, y: str) -> NDArray[np.complex128]:
         """Return two channels of the crank pin in the second cycle as x + iy, shape (n,)."""
         run = self.pin[model]
-        both: NDArray[np.complex128] = run.values(x) + 1j * run.values(y)
-        return both[second_cycle(run)]
+        vector: NDArray[np.complex128] = run.values(x) + 1j * run.values(y)
+        return vector[second_cycle(run)]
 
 
 def second_cycle(run: Table) -> BoolArray:
@@ -269,8 +269,8 @@ def shortfall(sizes: Array, largest: float) -> float:
         return 0.0
     every_second = float(sizes[top] - min(sizes[::2].max(), sizes[1::2].max()))
     before, at, after = sizes[np.clip([top - 1, top, top + 1], 0, sizes.size - 1)].tolist()
-    curved = 2 * at - before - after
-    return max(every_second / 3, (after - before) ** 2 / (8 * curved) if curved else 0.0)
+    curvature = 2 * at - before - after
+    return max(every_second / 3, (after - before) ** 2 / (8 * curvature) if curvature else 0.0)
 
 
 def measure(identifier: str, runs: Runs, model: str, limits: Mapping[str, float]) -> Reading:
@@ -318,15 +318,15 @@ def _range(quantity: str, runs: Runs, scene: str, model: str) -> Reading:
         dense = sign * runs.errors(scene, model, channel)
         parts[:2] = np.array_split(dense, [runs.config.samples])
         ends = [(float(part.max()), shortfall(part, -np.inf)) for part in parts]
-        whole, later = (max(ends[first:])[0] for first in (0, 1))
-        most = max(top + miss for top, miss in ends)
-        return Reading(sign * whole, shortfall=most - whole, other=sign * later)
+        extreme, later_extreme = (max(ends[first:])[0] for first in (0, 1))
+        bound = max(top + miss for top, miss in ends)
+        return Reading(sign * extreme, shortfall=bound - extreme, other=sign * later_extreme)
     zero = float(runs.ideal[scene, model].values(channel)[0]) if origin == "start" else 0.0
     table = runs.long[scene, model]
     extremes, word = table.extrema[channel], "max" if end == "high" else "min"
     by_cycle = (table.cycle_extrema or {}).get(f"{channel}_{word}", [nan, nan])
-    rest = sign * float(np.max(sign * np.asarray(by_cycle[1:], dtype=np.float64)))
-    return Reading(extremes[word] - zero, other=rest - zero)
+    later = sign * float(np.max(sign * np.asarray(by_cycle[1:], dtype=np.float64)))
+    return Reading(extremes[word] - zero, other=later - zero)
 
 
 # ---- draws
@@ -383,7 +383,7 @@ def draw(scene: Scene, number: int) -> dict[str, object]:
     The same number draws the same inputs in every scene. All rods are uniform: centroids are in the middle.
     """
     deviates, geometry, top = draw_inputs(number)
-    middle = settable(scene.data)
+    middle = key_values(scene.data)
     pairs = zip(INPUTS, deviates, strict=True)
     values: dict[str, float] = {one["key"]: value(one, middle, u) for one, u in pairs}
     values |= {f"mechanism.{rod}.centroid": values[f"mechanism.{rod}.length"] / 2 for rod in RODS}

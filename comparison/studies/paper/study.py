@@ -78,7 +78,7 @@ def page(results: Results) -> Mapping[str, object]:
     statements = results.statements.drop_duplicates("id")
     evidence = results.statements.query("model not in ('', @MODELS[1]) and not decides")
     answers = statements["verdict"] + (": " + statements["reason"]).where(statements["reason"] != "", "")
-    supported = (statements["verdict"] == Verdict.SUPPORTED).groupby(statements["claim"]).mean()
+    support = (statements["verdict"] == Verdict.SUPPORTED).groupby(statements["claim"]).mean()
     times = instants[(instants["unit"] == "s") & (instants["at"] > 0)]  # the start is no result
     peaks = times[times["sized"].notna()].assign(sign=np.sign(times["printed"]))  # no stroke, no misprint
     places = ["hypothesis", "reach", "scene", "quantity"]
@@ -136,7 +136,7 @@ def page(results: Results) -> Mapping[str, object]:
         "likely": next(one for one in INPUTS if "likely" in one),
         "statements": statements,
         "statements_table": markdown(statements.assign(verdict=answers)[["section", "says", "verdict"]]),
-        "supported": {"full": int((supported == 1).sum()), "part": int((supported % 1 > 0).sum())},
+        "supported": {"full": int((support == 1).sum()), "part": int((support % 1 > 0).sum())},
         "verdicts": {str(each): int((statements["verdict"] == each).sum()) for each in Verdict},
         "evidence": {name: rows.to_dict("records") for name, rows in evidence.groupby("id")},
         "one_limit": ", ".join(quantity(limit, units[name], 2) for name, limit in results.limits.items()),
@@ -159,11 +159,11 @@ def _proportion(entries: pd.DataFrame) -> dict[str, int]:
     scenes, quantities, peaks = entries["scene"].map(load_scene), entries["quantity"], list(runs.PEAKS)
     power = quantities.map({name: peaks.index(name) for name in peaks})
     scale = scenes.map(lambda each: each.clearance("slider")) / scenes.map(lambda each: each.period) ** power
-    printed, central = entries["printed_size"], entries["scene"] == CENTRAL
-    rule = quantities.map((printed / scale)[central].groupby(quantities).first()) * scale
+    targets, central = entries["printed_size"], entries["scene"] == CENTRAL
+    rule = quantities.map((targets / scale)[central].groupby(quantities).first()) * scale
     others = entries["scene"].isin({*runs.SLIDER} - {CENTRAL, ledger.POISSON})
     sizes = {"ours": entries[MODELS[0]].abs(), "rule": rule}
-    return {"of": int(others.sum())} | {name: _hits((printed / size)[others]) for name, size in sizes.items()}
+    return {"of": int(others.sum())} | {name: _hits((targets / size)[others]) for name, size in sizes.items()}
 
 
 def _hits(ratios: pd.Series) -> int:
@@ -174,11 +174,11 @@ def _hits(ratios: pd.Series) -> int:
 def _pin(models: Runs) -> dict[str, str]:
     """Return the pin's printed displacement beside the bound of rigid bodies and the depth in its bearing."""
     clearance = load_scene(runs.PIN).data["clearance"]["crank_pin"]
-    printed, bound = abs(published("F7-R-d").value), numerics.bound(runs.PIN)
+    value, bound = abs(published("F7-R-d").value), numerics.bound(runs.PIN)
     depths = [run.events["largest_depth"].max() for run in models.pin.values() if run.events is not None]
     # To first order the bound goes with the radius of the pin's circle.
-    sizes = {"bound": bound, "needed": clearance * (printed / bound - 1), "depth": max(depths, default=nan)}
-    return {"printed": quantity(printed, "m", 4)} | {
+    sizes = {"bound": bound, "needed": clearance * (value / bound - 1), "depth": max(depths, default=nan)}
+    return {"printed": quantity(value, "m", 4)} | {
         name: quantity(size, "m", 4 if name == "bound" else 2) for name, size in sizes.items()
     }
 
@@ -193,7 +193,7 @@ def _agreement(peaks: pd.DataFrame) -> dict[str, dict[str, str]]:
 
 def _by_setting(predictions: pd.DataFrame, rows: pd.DataFrame, solver: pd.DataFrame) -> dict[Any, Any]:
     """Return the least and most predictions inside with u_D of one tolerance and gain, and by chance."""
-    exact, printed = predictions[MODELS[0]].abs(), rows["id"].map(predictions["printed_size"])
+    exact, targets = predictions[MODELS[0]].abs(), rows["id"].map(predictions["printed_size"])
     runs = solver[solver["gain"] > NIL].dropna(subset=["value"])
     counts = []
     for _, group in runs.assign(default=True).groupby(["relative", "absolute", "gain"]):
@@ -202,7 +202,7 @@ def _by_setting(predictions: pd.DataFrame, rows: pd.DataFrame, solver: pd.DataFr
         low = middle - np.hypot(middle - rows["low_without"], half)
         high = middle + np.hypot(rows["high_without"] - middle, half)
         chance = [ledger.Interval(*each, nan).chance() for each in zip(low, middle, high, strict=True)]
-        row = pd.DataFrame({"inside": printed.between(low, high), "chance": chance})
+        row = pd.DataFrame({"inside": targets.between(low, high), "chance": chance})
         counts.append(row.groupby(rows["hypothesis"]).sum())
     by = pd.concat(counts).round().astype(int).groupby(level=0)
     return (by.min().astype(str) + " to " + by.max().astype(str)).to_dict()

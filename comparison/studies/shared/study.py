@@ -94,8 +94,8 @@ def rows_table(rows: Iterable[Mapping[str, str]]) -> str:
 def cross_table(heading: str, rows: Sequence[str], columns: Sequence[str], cells: Sequence[str]) -> str:
     """Return cells as a table over the names of their rows and columns, each in the order of the first."""
     frame = pd.DataFrame({heading: rows, "column": columns, "cell": cells})
-    wide = frame.pivot_table("cell", heading, "column", aggfunc="first", sort=False)
-    return markdown(wide.reset_index())
+    pivot = frame.pivot_table("cell", heading, "column", aggfunc="first", sort=False)
+    return markdown(pivot.reset_index())
 
 
 def write_csv(frames: Mapping[str, pd.DataFrame], folder: Path, digits: str | None = None) -> None:

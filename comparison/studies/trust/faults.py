@@ -116,7 +116,7 @@ def package(module: str) -> Path:
 
 
 @contextmanager
-def installed(faults: Sequence[Fault]) -> Iterator[None]:
+def install_copies(faults: Sequence[Fault]) -> Iterator[None]:
     """Install a copy of a model for each fault in its code, for this process and the workers it starts.
 
     A copy is the package under another name, registered as any package with a model is.

@@ -26,7 +26,7 @@ from comparison.studies.shared.study import (
     write_csv,
 )
 from comparison.studies.trust import adjudication, distributions, population
-from comparison.studies.trust.faults import KINDS, Fault, catalogue, installed, scenes
+from comparison.studies.trust.faults import KINDS, Fault, catalogue, install_copies, scenes
 from comparison.studies.trust.judge import Comparison, measure_tasks, shows_fault, trials
 
 SCENES = 200  # half of them at both tiers: 1.3 h of processor time; no alarm of 270 is at most 1.1 %
@@ -53,7 +53,7 @@ def measure(full: bool, n_jobs: int, on_progress: Progress | None) -> pd.DataFra
     """Judge random scenes and seeded faults, compare ensembles: the table."""
     faults = catalogue() if full else [catalogue("number")[0], *catalogue("table")[-3:]]
     tasks = [*_random(SCENES if full else 2), *_faults(faults), *_linkages(100 if full else 1)]
-    with installed([fault for fault in faults if fault.engine]):
+    with install_copies([fault for fault in faults if fault.engine]):
         rows = measure_tasks([task for _, task in tasks], n_jobs, part(on_progress, 0.0, 0.95))
     lines = []
     for (head, task), row in zip(tasks, rows, strict=True):
@@ -154,7 +154,7 @@ def page(table: pd.DataFrame) -> dict[str, object]:
     hits = faults.groupby(["kind", "model", "tier"], sort=False)["detected"].agg(["sum", "count"])
     reasons = {fault.name: fault.missed or "not expected" for fault in catalogue()}
     notes = (random["verdict"] == "differ") | (random["confirmation"] != "") | (random["errs"] != "")
-    tally = failures.groupby(["tier", "failed", "errs", "reason"], sort=False)["name"].agg(["count", _some])
+    tally = failures.groupby(["tier", "failed", "errs", "reason"], sort=False)["name"].agg(["count", _names])
     return {
         "alarms": numbers["alarms"],
         "decided": numbers["decided"],
@@ -228,7 +228,7 @@ def _count_row(label: str, rows: pd.DataFrame, tier: str, kind: str) -> dict[str
     }
 
 
-def _some(names: pd.Series) -> str:
+def _names(names: pd.Series) -> str:
     return ", ".join(names[:12]) + (" ..." if len(names) > 12 else "")
 
 

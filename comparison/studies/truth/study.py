@@ -109,8 +109,8 @@ def measure_scene(task: TruthRun, progress: Progress) -> Row:
     """Run a scene by all three models, ours as ``sixbar validate`` does; return its part of `Results`."""
     progress(0.0)
     scene, rows, intervals = task.scene, list[Row](), list[Row]()
-    dense = run(dense_scene(scene), TRUTH)
-    true = at_own_samples(dense, scene)
+    dense_table = run(dense_scene(scene), TRUTH)
+    truth = at_own_samples(dense_table, scene)
     (validation,) = validate(scene, n_jobs=0)
     for tier, comparison in zip(TIERS, validation.comparison.tiers, strict=True):
         base, alpha = comparison.ran or scene, thresholds(tier).alpha
@@ -121,13 +121,13 @@ def measure_scene(task: TruthRun, progress: Progress) -> Row:
             for refined, each in jobs
         )
         for index, (model, runs) in enumerate(zip(MODELS, pair, strict=True)):
-            samples = samples_of(comparison, index, true, alpha)
-            lines, interval_rows = sample_rows(samples, true, scene.period, alpha)
+            samples = samples_of(comparison, index, truth, alpha)
+            lines, interval_rows = sample_rows(samples, truth, scene.period, alpha)
             lines += [
-                *extremum_rows(samples, runs, true, alpha),
-                *contact_rows(samples, runs, true, scene.period),
+                *extremum_rows(samples, runs, truth, alpha),
+                *contact_rows(samples, runs, truth, scene.period),
             ]
-            pairs = (runs, Runs(dense, finer=dense)), (ideals[index], ideals[0])
+            pairs = (runs, Runs(dense_table, finer=dense_table)), (ideals[index], ideals[0])
             for name, one in compare_reliability(*pairs, scene.period, scene.reliability, 1.0).items():
                 lines.append(summary("reliability", name, np.abs([one.minimum]), np.array([one.numerical])))
             labels = {"scene": scene.name, "origin": task.origin, "tier": tier, "model": model}
@@ -135,7 +135,7 @@ def measure_scene(task: TruthRun, progress: Progress) -> Row:
             intervals += [labels | row for row in interval_rows]
     if task.origin == "shipped":  # for which alone the names of settings state a bound
         labels = {"scene": scene.name, "origin": task.origin, "tier": ""}
-        rows += [labels | row for row in setting_rows(scene, true)]
+        rows += [labels | row for row in setting_rows(scene, truth)]
     return {"rows": rows, "intervals": intervals}
 
 
@@ -145,7 +145,7 @@ def run(scene: Scene, model: str) -> Table:
     return successful(run_all([job], 0)[0], job)
 
 
-def setting_rows(scene: Scene, true: Table) -> Iterator[Row]:
+def setting_rows(scene: Scene, truth: Table) -> Iterator[Row]:
     """Yield a row for each named setting of each formulation: the largest error of x and its bound, m."""
     for model in MODELS:
         for formulation, name in product(formulations(model, scene.data), NAMES):
@@ -153,9 +153,9 @@ def setting_rows(scene: Scene, true: Table) -> Iterator[Row]:
             variant = variant.variant(solver_values(model, name, variant))
             bound, error = (
                 expected(variant, model),
-                np.abs(run(variant, model).values(CHANNEL) - true.values(CHANNEL)),
+                np.abs(run(variant, model).values(CHANNEL) - truth.values(CHANNEL)),
             )
-            largest = error[true.time <= bound.cycles * scene.period].max(keepdims=True)
+            largest = error[truth.time <= bound.cycles * scene.period].max(keepdims=True)
             row = summary(f"--accuracy {name}", formulation, largest, np.array([bound.error]))
             yield row | {"outside": int(largest[0] > bound.error), "model": model}
 
@@ -174,16 +174,16 @@ class Samples(NamedTuple):
     until: float  # s, of the channel in the comparison
 
 
-def samples_of(comparison: SceneComparison, index: int, true: Table, alpha: float) -> list[Samples]:
+def samples_of(comparison: SceneComparison, index: int, truth: Table, alpha: float) -> list[Samples]:
     """Return the excited channels of the first (0) or second (1) model of a comparison."""
     samples: dict[str, Samples] = {}
     for name, channel in comparison.excited.items():  # positions come before what follows from them
         values, u = ((channel.a, channel.u_a), (channel.b, channel.u_b))[index]
         assert u is not None
         position = samples.get(channel.definition.follows or "")
-        judged = (u <= alpha * channel.scale) & ((values != 0.0) | (true.values(name) != 0.0))
+        judged = (u <= alpha * channel.scale) & ((values != 0.0) | (truth.values(name) != 0.0))
         judged &= position is None or position.judged
-        error = np.abs(values - true.values(name))
+        error = np.abs(values - truth.values(name))
         samples[name] = Samples(name, channel.scale, error, u, judged, channel.until)
     return list(samples.values())
 
@@ -201,7 +201,7 @@ def summary(kind: str, name: str, error: Array, u: Array, group: NDArray[np.intp
     return row | dict(zip(("width", "width_90"), widths, strict=True))
 
 
-def sample_rows(assessed: Sequence[Samples], true: Table, period: float, alpha: float) -> list[list[Row]]:
+def sample_rows(samples: Sequence[Samples], truth: Table, period: float, alpha: float) -> list[list[Row]]:
     """Return rows of each channel and of all, and one for each interval between touches that is judged.
 
     An interval has its ``largest`` error over u, the ``name`` of that channel, and as ``part`` the largest of
@@ -210,12 +210,12 @@ def sample_rows(assessed: Sequence[Samples], true: Table, period: float, alpha: 
     ``beyond`` counts predictable samples with an error above alpha times the scale; from ``until`` (s) on the
     error, the largest within the window of u(t), stays above that; None: it does not.
     """
-    time, rows, ratios = true.time, list[Row](), dict[str, Array]()
+    time, rows, ratios = truth.time, list[Row](), dict[str, Array]()
     others: dict[str, dict[str, Array]] = {"part": {}, "before": {}, "after": {}}
-    starts = np.unique([time[0], *pd.DataFrame(true.events)["start"]])
+    starts = np.unique([time[0], *pd.DataFrame(truth.events)["start"]])
     interval = np.searchsorted(starts, time, side="right") - 1
     half_width = window_samples(period, float(time[-1] - time[0]) / (time.size - 1))
-    for one in (one for one in assessed if one.judged.any()):
+    for one in (one for one in samples if one.judged.any()):
         bound, judged = alpha * one.scale, one.judged
         envelope = maximum_filter1d(one.error, 2 * half_width + 1, mode="nearest")
         loss = np.flatnonzero(envelope <= bound).max(initial=-1) + 1
@@ -238,17 +238,17 @@ def sample_rows(assessed: Sequence[Samples], true: Table, period: float, alpha: 
     return [[*rows, total], [dict(zip(names, one, strict=True)) for one in columns]]
 
 
-def error_and_u(levels: dict[str, Array], true: Array, runs: Runs, floor: float) -> tuple[Array, Array]:
+def error_and_u(levels: dict[str, Array], truth: Array, runs: Runs, floor: float) -> tuple[Array, Array]:
     """Return error and u, shape (n,), of numbers of each run, by the rule for samples without a window."""
     perturbed = tuple(values for which, values in levels.items() if which.endswith("perturbed"))
     values = RunValues(levels["base"], levels["finer"], levels.get("coarser"), perturbed, *runs.refinement)
-    return np.abs(levels["base"] - true), uncertainty(values, 0, floor)
+    return np.abs(levels["base"] - truth), uncertainty(values, 0, floor)
 
 
-def extremum_rows(assessed: Sequence[Samples], runs: Runs, true: Table, alpha: float) -> Iterator[Row]:
+def extremum_rows(samples: Sequence[Samples], runs: Runs, truth: Table, alpha: float) -> Iterator[Row]:
     """Yield a row for the predictable ones of the smallest and the largest value of each channel."""
-    base, tables = runs.base, runs.tables | {"true": true}
-    for one in assessed:
+    base, tables = runs.base, runs.tables | {"true": truth}
+    for one in samples:
         floor = float(round_off(base.values(one.name), base.time, base.known[one.name])[-1])
         extrema = {which: table.extrema[one.name] for which, table in tables.items()}
         levels = {which: np.array([each["min"], each["max"]]) for which, each in extrema.items()}
@@ -257,15 +257,15 @@ def extremum_rows(assessed: Sequence[Samples], runs: Runs, true: Table, alpha: f
             yield summary("extrema", one.name, error[predictable], u[predictable])
 
 
-def contact_rows(assessed: Sequence[Samples], runs: Runs, true: Table, period: float) -> Iterator[Row]:
+def contact_rows(samples: Sequence[Samples], runs: Runs, truth: Table, period: float) -> Iterator[Row]:
     """Yield the count of predictable contacts without a partner, and the errors of those in all runs.
 
     A contact is predictable where its corner's gap is at the samples on either side.
     """
-    gaps = {one.name[7:9]: one.judged for one in assessed if one.name.endswith("_gap")}
-    events = {which: pd.DataFrame(table.events) for which, table in (runs.tables | {"true": true}).items()}
+    gaps = {one.name[7:9]: one.judged for one in samples if one.name.endswith("_gap")}
+    events = {which: pd.DataFrame(table.events) for which, table in (runs.tables | {"true": truth}).items()}
     rows = {which: same_contacts(events["true"], each, WINDOW * period) for which, each in events.items()}
-    predictable = begin_where(events["true"], true.time, gaps)
+    predictable = begin_where(events["true"], truth.time, gaps)
     counts = {"outcomes": int(predictable.sum()), "outside": int((predictable & (rows["base"] < 0)).sum())}
     yield {"kind": "contacts without a partner", "name": "", **counts}
     common = predictable & np.all([each >= 0 for each in rows.values()], axis=0)

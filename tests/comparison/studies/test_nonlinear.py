@@ -137,7 +137,7 @@ def test_stages_from_flight_to_flight_are_the_run():
         # A state in the table is rounded to 1e-16 m; an impact makes 1e-12 m of that (its force changes by
         # 1e7 N a metre), and a stage through the chatter multiplies it by up to 1e4.
         assert np.linalg.norm((state - whole[end]) * lyapunov.scale(scene)) < 1e-7
-        assert press.perturbed(whole[when], when, end).tolist() == state.tolist()
+        assert press.advance(whole[when], when, end).tolist() == state.tolist()
         when, stages = end, stages + 1
     # The rest at the wall takes a quarter of the cycle in one stage.
     assert 5 <= stages <= 1 / lyapunov.SHORTEST_STAGE

@@ -17,7 +17,7 @@ from comparison.studies.paper.claims import Verdict
 from comparison.studies.paper.ledger import Draws, Interval, Size, Use
 from comparison.studies.paper.runs import CENTRAL
 from comparison.studies.shared.published import published
-from comparison.studies.shared.scenes import settable
+from comparison.studies.shared.scenes import key_values
 from comparison.tables.table import Table
 
 CYCLES, DENSE, SPARSE = 12, 200, 50
@@ -328,7 +328,7 @@ def test_a_violated_constraint_drifts_without_baumgarte_and_decays_with_it(gain)
 
 def test_drawn_inputs_are_in_their_bounds_and_the_geometry_meets_the_printed_facts():
     scene, facts = load_scene(CENTRAL), fitting.printed_facts()
-    known, starts = settable(scene.data), []
+    known, starts = key_values(scene.data), []
     for number in range(12):
         values = runs.draw(scene, number)
         starts.append(values[runs.START] / known["clearance.slider"])

@@ -66,7 +66,7 @@ def test_a_bound_is_three_times_the_largest_error_and_no_less_than_that_of_a_fin
         for seconds, share in ((2.0, 1.0), (3.0, 0.5))
         for each, error in zip(NAMES, np.multiply(errors, share), strict=True)
     ]
-    table = tomllib.loads(study.named_table(rows))
+    table = tomllib.loads(study.settings_toml(rows))
     assert table["a"]["minimal"] == {"error": [3e-6, 3e-9, 3e-10], "seconds": [4.0] * 3}
     assert table["a"]["tree"]["error"] == [3e-7, 3e-9, 3e-10]
 
@@ -75,7 +75,7 @@ def test_a_bound_is_three_times_the_largest_error_and_no_less_than_that_of_a_fin
 def test_a_measured_run_has_its_error_against_the_exact_one():
     scene = study.first_cycle(SCENE).variant({"drive.cycles": 1.0, "output.groups": []})
     tasks = [
-        study.Timed(SCENE, 0, "reference", "minimal", scene.variant({"solver.reference.tolerance": value}))
+        study.TimedRun(SCENE, 0, "reference", "minimal", scene.variant({"solver.reference.tolerance": value}))
         for value in (1e-6, 1e-9)
     ]
     coarse, fine = measure_all(measure, tasks, on_processes(1))

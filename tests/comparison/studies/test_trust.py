@@ -19,7 +19,7 @@ from comparison.scene.keys import flat
 from comparison.studies.shared.scenes import at_tier
 from comparison.studies.trust import adjudication, judge, population, study
 from comparison.studies.trust import faults as seeded
-from comparison.studies.trust.faults import Fault, catalogue, installed, scenes
+from comparison.studies.trust.faults import Fault, catalogue, install_copies, scenes
 from comparison.studies.trust.judge import Comparison, shows_fault, trials
 from comparison.tables.table import Table, TableError
 from comparison.verdict.compare import compare
@@ -122,7 +122,7 @@ def test_a_fault_of_each_kind_and_model_is_detected_and_nothing_without_one(tmp_
     tried = [(task, fault) for task, fault in trials(FAULTS) if fault.name in few and task.tier == "tight"]
     assert len({(fault.kind, task.faulty) for task, fault in tried}) == 5
     healthy = [Comparison(scenes("tight")[name], "tight") for name in ("press", "impact")]
-    with installed([fault for _, fault in tried if fault.engine]):
+    with install_copies([fault for _, fault in tried if fault.engine]):
         rows = judge.measure_tasks([*healthy, *(task for task, _ in tried)], 2)
     assert [row["verdict"] for row in rows[:2]] == ["agree", "agree"]
     for (_, fault), row in zip(tried, rows[2:], strict=True):
