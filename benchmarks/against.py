@@ -88,10 +88,10 @@ def interleaved(checkouts: dict[str, Path], cases: dict[Any, tuple[Any, ...]], r
     """Return a row a round, case and checkout."""
     rows = []
     for number in range(rounds):
-        workers = {which: Worker(path) for which, path in checkouts.items()}
+        workers = {label: Worker(path) for label, path in checkouts.items()}
         for case, arguments in cases.items():
-            for which, worker in workers.items():
-                rows.append({"case": case, "round": number, "which": which} | worker.run(*arguments))
+            for label, worker in workers.items():
+                rows.append({"case": case, "round": number, "which": label} | worker.run(*arguments))
         for worker in workers.values():
             worker.process.communicate()
     return pd.DataFrame(rows)
@@ -102,12 +102,12 @@ def ratios(rows: pd.DataFrame, *columns: str) -> pd.DataFrame:
     seconds = rows.pivot_table("seconds", ["case", "round"], "which", sort=False)
     by_case = (seconds["here"] / seconds["there"]).groupby("case", sort=False)
     result = {
-        f"{which} (s)": seconds[which].groupby("case", sort=False).median() for which in ("there", "here")
+        f"{label} (s)": seconds[label].groupby("case", sort=False).median() for label in ("there", "here")
     }
     result |= {f"here/there {share:.0%}": by_case.quantile(share) for share in (0.25, 0.5, 0.75)}
     for column in columns:
         medians = rows.pivot_table(column, "case", "which", aggfunc="median", sort=False)
-        result |= {f"{column} {which}": medians[which] for which in ("there", "here")}
+        result |= {f"{column} {label}": medians[label] for label in ("there", "here")}
     return pd.DataFrame(result)
 
 
@@ -130,13 +130,13 @@ def commands(checkouts: dict[str, Path], rounds: int, names: list[str]) -> pd.Da
         for name in names:
             state, *arguments = COMMANDS[name].split()
             for number in range(rounds):
-                for which, checkout in checkouts.items():
+                for label, checkout in checkouts.items():
                     if state == "warm" and number == 0:
-                        call(checkout, arguments, Path(folder, which))
+                        call(checkout, arguments, Path(folder, label))
                     elif state == "cold":
-                        shutil.rmtree(Path(folder, which), ignore_errors=True)
-                    result = call(checkout, arguments, Path(folder, which))
-                    rows.append({"case": name, "round": number, "which": which} | result)
+                        shutil.rmtree(Path(folder, label), ignore_errors=True)
+                    result = call(checkout, arguments, Path(folder, label))
+                    rows.append({"case": name, "round": number, "which": label} | result)
     return pd.DataFrame(rows)
 
 

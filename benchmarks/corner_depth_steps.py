@@ -1,8 +1,8 @@
 """A run of the compiled reference, one accepted step at a time, and the depths of its open contacts.
 
-Nothing here is shared with what locates contacts: a step is computed again from the equations of motion and
-scipy's coefficients, and of the integrator only the dense output is used (`reference_model.dop853`). Where
-corners, walls and journal are follows from the scene's own numbers by formulas of this module.
+Nothing here is shared with the location of contacts: a step is computed again from the equations of motion
+and scipy's coefficients, and of the integrator only the dense output is used (`reference_model.dop853`).
+Corners, walls and journal follow from the scene's own numbers by formulas of this module.
 """
 
 from __future__ import annotations
@@ -50,15 +50,15 @@ NOT_REPRODUCED = -1
 """The step computed again is not the one that was accepted: the checker is at fault, not the model."""
 ERROR_BOUND, ERROR_SHARE = 1e-12, 0.1
 """m and rad, and a share of the tolerance. The step's length follows from the times at its ends, which are
-rounded; in a step at the edge of stability the stages magnify this a million times. By what the step computed
-again is off a gap may be too."""
+rounded; in a step at the edge of stability the stages magnify this a million times. A gap may be off by
+as much as the step computed again."""
 
 STATE_BOUND = 1e6
 """m, rad, m/s, rad/s; outside it a run is meaningless, which the reference detects a few steps later."""
 
 OUTSIDE, TOUCHING, CLOSED = 0, 1, 2
 """Rows of the depths: of open contacts the depth in the wall, in the step that their touch ends by itself
-(there it says how well the touch is located); of closed contacts the distance from the wall."""
+(there it is the error of the touch's location); of closed contacts the distance from the wall."""
 VIOLATIONS, WORST, TIME, CONTACT = 0, 1, 2, 3
 """Columns: steps outside the bound, the largest (m), its time (s) and its contact."""
 
@@ -144,7 +144,7 @@ def follow(
     clock, counters = run.clock[0], run.counters[0]
     here, there = run.nodes.y, again.nodes.y
     size, free, contacts = here.shape[1], free_states(run.nodes), run.modes.size
-    advance(model, run, settings, 0.0, t_end)  # closes what starts inside
+    advance(model, run, settings, 0.0, t_end)  # closes contacts that start inside
     gap, violations = np.empty(5), np.zeros(3)
     modes = run.modes.copy()
     last_switches = counters.switches
@@ -229,7 +229,7 @@ class Outcome(NamedTuple):
 
 
 def check(scene: Scene, bound: float, limit: int, gap_scene: Scene | None = None) -> Outcome:
-    """Follow a scene's run for so many attempted steps and switches, and count what is outside the bound (m).
+    """Follow a scene's run for so many attempted steps and switches, and count depths outside the bound (m).
 
     The gaps are those of the geometry of `gap_scene`, by default of the scene itself.
     """

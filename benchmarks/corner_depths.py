@@ -230,13 +230,13 @@ def in_contact(times: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> np.nd
     return np.asarray(start_counts > end_counts)
 
 
-def work(what: str, judge: Callable[[Draw], Finding], draws: Sequence[Draw], jobs: int) -> list[Finding]:
+def work(title: str, judge: Callable[[Draw], Finding], draws: Sequence[Draw], jobs: int) -> list[Finding]:
     """Check all runs of a population."""
     start, results = time.monotonic(), []
     with ProcessPoolExecutor(jobs) as pool:
         for draw, one in zip(draws, pool.map(judge, draws), strict=True):
             results.append(one)
-            line = f"{what}: {len(results)}/{len(draws)}, {time.monotonic() - start:.0f} s"
+            line = f"{title}: {len(results)}/{len(draws)}, {time.monotonic() - start:.0f} s"
             if one.too_deep:
                 deepest = max(one.open, one.touch, key=lambda worst: worst.value)
                 line += f"; run {draw.number}: {deepest.value:.1e} m at {deepest.time:.6f} s, {draw.labels}"
@@ -245,23 +245,23 @@ def work(what: str, judge: Callable[[Draw], Finding], draws: Sequence[Draw], job
     return results
 
 
-def report(what: str, draws: Sequence[Draw], results: Sequence[Finding]) -> None:
+def report(title: str, draws: Sequence[Draw], results: Sequence[Finding]) -> None:
     """Print the counts of a population's runs by kind of contact, and largest distances: in all, by label."""
-    print(f"\n{what}: {len(results)} runs, {sum(one.steps for one in results)} accepted steps")
+    print(f"\n{title}: {len(results)} runs, {sum(one.steps for one in results)} accepted steps")
     print(", ".join(f"{n} {status}" for status, n in Counter(one.status for one in results).items()))
     rows: list[dict[str, Any]] = []
     for draw, one in zip(draws, results, strict=True):
         if one.status in RESULTS:
-            rows.append(draw.labels | {"all": what, "runs": 1})
+            rows.append(draw.labels | {"all": title, "runs": 1})
             for part, heading in PARTS.items():
                 worst: Breach = getattr(one, part)
                 rows[-1] |= {heading: worst.steps > 0, f"{heading} (m)": worst.value}
     if not rows:
         return
     labels = ["all", *draws[0].labels]
-    how = {name: "max" if "(m)" in name else "sum" for name in rows[0] if name not in labels}
+    functions = {name: "max" if "(m)" in name else "sum" for name in rows[0] if name not in labels}
     for label in labels:
-        print(f"\n{pd.DataFrame(rows).groupby(label).agg(how).to_string()}")
+        print(f"\n{pd.DataFrame(rows).groupby(label).agg(functions).to_string()}")
 
 
 def main() -> int:
@@ -272,14 +272,14 @@ def main() -> int:
     options = parser.parse_args()
     start, count = time.monotonic(), 0
     compiled = partial(check_steps, limit=options.limit)
-    for what, judge, draws in (
+    for title, judge, draws in (
         ("grazing", compiled, grazing_runs(options.grazing, options.seed)),
         ("random", compiled, random_runs(options.runs, options.seed)),
         ("scipy", check_table, scipy_runs(options.scipy, options.seed)),
     ):
         if runs := list(draws):
-            results = work(what, judge, runs, options.jobs)
-            report(what, runs, results)
+            results = work(title, judge, runs, options.jobs)
+            report(title, runs, results)
             count += sum(one.too_deep for one in results)
     print(f"\n{time.monotonic() - start:.0f} s")
     return 1 if count else 0

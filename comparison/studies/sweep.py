@@ -150,7 +150,7 @@ def names(scene: Mapping[str, Any]) -> list[str]:
     """List every quantity of a run of a scene; no model writes channels of the crank."""
     channels = [name for name, channel in known_channels(scene).items() if channel.group != "crank"]
     return [
-        *(f"{what}:{channel}" for what in STATISTICS for channel in channels),
+        *(f"{statistic}:{channel}" for statistic in STATISTICS for channel in channels),
         *(f"peak_error:{channel}" for channel in ERROR_CHANNELS),
         "contacts",
         "impulse",
@@ -164,27 +164,27 @@ def quantity(name: str, run: Table, ideal: Table | None, period: float) -> float
 
     A peak error is the largest over the second cycle, as in the paper; over all where there is no second.
     """
-    what, _, part = name.partition(":")
-    if what in ("peak_error", *STATISTICS) and part not in run.names:
+    kind, _, part = name.partition(":")
+    if kind in ("peak_error", *STATISTICS) and part not in run.names:
         return None
-    if what == "peak_error":
+    if kind == "peak_error":
         assert ideal is not None
         second = (period, 2 * period) if run.time[-1] >= 2 * period * (1 - 1e-9) else ()
         return abs(slider_errors(run, ideal, period, names=(part,)).peak(part, *second).value)
-    if what in ("min", "max") and part in run.extrema:
-        return float(run.extrema[part][what])
-    if what in STATISTICS:
+    if kind in ("min", "max") and part in run.extrema:
+        return float(run.extrema[part][kind])
+    if kind in STATISTICS:
         values = run.values(part)
         summary = {"min": values.min(), "max": values.max(), "end": values[-1], "rms": rms(run.time, values)}
-        return float(summary[what])
-    if what == "steps":
+        return float(summary[kind])
+    if kind == "steps":
         steps = run.provenance.get("counters", {}).get("steps")
         return None if steps is None else float(steps)
     if run.events is None:
         return None
-    if what == "largest":
+    if kind == "largest":
         return float(run.events[part].max()) if len(run.events) else 0.0
-    return float(len(run.events) if what == "contacts" else run.events["impulse"].to_numpy().sum())
+    return float(len(run.events) if kind == "contacts" else run.events["impulse"].to_numpy().sum())
 
 
 @dataclass(frozen=True)
@@ -198,7 +198,7 @@ class SweepRun(Task):
 
     @property
     def identity(self) -> dict[str, Any]:
-        """Its fields, the point as texts: JSON has neither nan nor dates, which a run refuses."""
+        """Its fields, the point as texts: JSON has neither nan nor dates, and a run refuses both."""
         return super().identity | {"point": _texts(self.point)}
 
     @property
@@ -231,7 +231,7 @@ def sweep(
     spread: Spread,
     on_progress: Progress | None = None,
 ) -> tuple[Path, int]:
-    """Run all points by all models; return the path of the table and how many runs did not succeed.
+    """Run all points by all models; return the path of the table and the number of failed runs.
 
     Each run's row is kept in the folder as soon as it ends: a sweep that was interrupted resumes. The table
     does not depend on the order of the runs; failed runs are rows too, with their reason. The folder is made
@@ -297,7 +297,7 @@ def on_cluster(address: str) -> Spread:
         raise SweepError(f"{where}: must be tcp://host:port")
     try:
         # Dask's own client tries for twice its patience where nobody listens, and without end where one who
-        # listens stays silent. A scheduler speaks first, but for the handshake of TLS.
+        # listens stays silent. A scheduler speaks first, except in the handshake of TLS.
         with socket.create_connection((host, port), timeout=PATIENCE) as connection:
             if parts.scheme == "tcp":
                 connection.recv(1)

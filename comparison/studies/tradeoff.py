@@ -65,7 +65,7 @@ RATIOS: tuple[tuple[Method, str, tuple[Method, ...]], ...] = (
     (TREE, "tree, DOPRI5, steps up to 1 ms", (catalogue.TREE_LONG_STEPS,)),
     (TREE, "minimal, DOP853", (MINIMAL,)),
 )
-"""Method, what it is compared with in words, and the methods of which the cheapest counts."""
+"""Method, the words for its bases, and these: the cheapest counts."""
 # By formulation, a model's own colour being that of its smallest; by integrator of either model.
 _COLOURS = {
     "minimal": svg.FIRST,
@@ -80,7 +80,7 @@ _MARKS |= {"generalized alpha": "^", "trapezoidal index 2": "v"}
 STARTS = {"minimal": 60, "multiplier": 10, "tree": 20, "full": 2}
 """Starts of each named setting: a cycle takes the reference 10 ms, the five bodies up to 30 s."""
 START_STEP = 1e-8
-"""m; between starts: far below what is known of any press, far above every error that a start could hide."""
+"""m; between starts: far below the accuracy of any press, far above every error that a start could hide."""
 ROUND_OFF = 1e-15
 """m; some units in the last place of x, which is about -0.5 m: no error bound is below it."""
 
@@ -94,7 +94,7 @@ class Config(NamedTuple):
 
 
 class Results(NamedTuple):
-    """Rows of the methods and of the named settings: labels, and what `measure` returns."""
+    """Rows of the methods and of the named settings: labels, and the row of `measure`."""
 
     rows: list[Row]  # ``method``, ``model``, ``scene``, ``setting``
     settings: list[Row]  # ``scene``, ``model``, ``formulation``, ``accuracy``, ``cycles``

@@ -24,12 +24,12 @@ from comparison.words.verdicts import headline, mark
 TARGET = 1e-9  # m; of the difference of x at the tight tier, on the predictable samples
 DAGGER = "†"  # marks a larger one
 RECORD = "verdicts.toml"
-"""Of each scene the hash of its numbers, to which the verdicts of the README belong, and these."""
+"""Of each scene the verdicts of the README, and the hash of the numbers that they belong to."""
 X_HEADING = "largest difference of x"
 
 
 class Results(NamedTuple):
-    """Comparisons of scenes, and on which ``"machine"`` and ``"date"`` they were made."""
+    """Comparisons of scenes, and their origin: ``"machine"`` and ``"date"``."""
 
     comparisons: Sequence[SceneComparison]
     origin: dict[str, str]

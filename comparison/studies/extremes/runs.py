@@ -44,7 +44,7 @@ WARM_UP = 0.02
 
 
 class _OutOfTimeError(BaseException):
-    """Ends a run at its limit: no exception of the model's, which it might take for one of its own."""
+    """Ends a run at its limit: a model cannot take it for an exception of its own."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class PairRun(Task):
 
 
 def run_pairs(tasks: Sequence[PairRun], n_jobs: int, on_progress: Progress | None) -> list[Row]:
-    """Return the rows of `run_pair`, equal tasks run once; what ran before is not run again.
+    """Return the rows of `run_pair`, equal tasks run once; stored rows are not run again.
 
     Where a process died (`CRASHED`) or was ended (`LATE`) that is the status of both models.
     """
@@ -76,10 +76,10 @@ def no_run(status: str, message: str) -> Row:
 def run_pair(task: PairRun, progress: Progress) -> Row:
     """Run a scene by both models and compare, as ``sixbar validate --quick`` does without refinement.
 
-    The row has, by model, ``status``; ``message``: what to try, or the warnings of a run that succeeded;
+    The row has, by model, ``status``; ``message``: advice, or the warnings of a run that succeeded;
     ``steps``; ``contacts``; ``steps_per_contact`` and ``constraint_m``, the largest violation of a
     constraint, None where there are none. Where both succeeded: ``verdict``, its ``reason``: the channels
-    that have it, or which run has no result; its ``coverage``, and ``apart_m``, the largest distance in
+    that have it, or the run without a result; its ``coverage``, and ``apart_m``, the largest distance in
     slider_x while predictable, m.
     """
     solver = task.scene.data["solver"]

@@ -50,7 +50,7 @@ class System:
     """Of m, time, states, parameters and regime."""
     solvers: tuple[tuple[str, float, str, float], ...] = NONSTIFF
     event: Event | None = None
-    largest_step: float = math.inf  # of the adaptive solvers, s: they step over what is shorter
+    largest_step: float = math.inf  # of the adaptive solvers, s: they step over shorter pulses
 
     @property
     def names(self) -> list[str]:

@@ -51,7 +51,7 @@ class Verdict(StrEnum):
     CONTRADICTED = "contradicted"
     ABSENT = "effect absent"
     UNDECIDED = "undecided"
-    UNDECIDABLE = "undecidable"  # by any run: the print leaves out what it would need
+    UNDECIDABLE = "undecidable"  # by any run: the print leaves out a value that decides
 
 
 def verdict(evidence: Evidence) -> Verdict:

@@ -79,8 +79,8 @@ def exponents(
 ) -> list[Exponent]:
     """Follow an orbit, which starts at a time, with its perturbed orbits; stages begin before ``until``.
 
-    ``orbit`` takes a state and when it is to the end of a stage, which it chooses; ``perturbed`` a state from
-    there to a given end, the same state to the same end. Returns the exponent of each distance per period: a
+    ``orbit`` takes a state and its time to the end of a stage, which it chooses; ``advance`` a state and its
+    time to a given end, an equal state to the same end. Returns the exponent of each distance per period: a
     stage belongs to that in which it begins.
     """
     distances, round_off, scale, period, skip = settings

@@ -29,7 +29,7 @@ RANGE: dict[str, Any] = {"color": svg.THRESHOLD, "dashes": (3.5, 1.8), "lw": 0.8
 """Lines of a printed range, and of the range of all cycles."""
 BARS = {"gravity": (-0.15, svg.THRESHOLD, "gravity"), "none": (0.15, "#c4c4c4", "no gravity")}
 EDGE = 0.2  # of the axis of the predictions
-LAWS = {"law": svg.THRESHOLD, "code": svg.DIFFERENCE}  # of what differs in Fig. 13
+LAWS = {"law": svg.THRESHOLD, "code": svg.DIFFERENCE}  # the differences in Fig. 13
 COLUMNS = 250  # of a panel half as wide as the page
 STRIDE = 8  # samples of the two cycles that are drawn of a path
 QUANTILE = 0.99  # of the pin's force: above it hits are marked

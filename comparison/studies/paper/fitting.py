@@ -36,7 +36,7 @@ class Lengths(NamedTuple):
 
 
 class Topology(NamedTuple):
-    """The two-valued choices of an arrangement, 1 or -1 but for the pin."""
+    """The two-valued choices of an arrangement, 1 or -1, except the pin's."""
 
     crank: int  # 1: counter-clockwise, -1: clockwise
     rocker: int  # 1: joint B lies to the left of the line from A to H, -1: to its right
@@ -74,7 +74,7 @@ class Motion(NamedTuple):
     """One crank cycle; every array has shape (n,)."""
 
     margin: float
-    """The smallest one (m) by which two links reach each other; negative where the linkage cannot be
+    """The smallest length (m) by which two links reach each other; negative where the linkage cannot be
     assembled at some crank angle."""
     A: Points
     B: Points

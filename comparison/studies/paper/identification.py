@@ -40,7 +40,7 @@ DECISIVE = 3.0
 POWER = 0.2
 """Of the radius in an impact's peak force: the stiffness K goes with its root, the force with K^0.4."""
 NUDGE = 1e-9
-"""m, of the start from one member to the next: which impact is the hardest can depend on less than that."""
+"""m, of the start from one member to the next: the hardest impact can be another one after less than that."""
 
 
 class Config(NamedTuple):

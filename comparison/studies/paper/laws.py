@@ -21,8 +21,8 @@ TOLERANCES = {"hertz-corners": (1e-12,), "foundation": (1e-12,), SWITCHING: (1e-
 """Law -> tolerances of the reference."""
 STARTS = (0.0, 1e-9, -1e-9, 2e-9, 1e-8, 1e-5, -1e-5, -1e-4)
 """m, beside the scene's own, of the reference's most accurate runs of the literal law."""
-DENSER = 10
-"""Times as many samples of the literal law by the reference, which stops: it is known to its last sample."""
+DENSITY = 10
+"""Times as many samples of the literal law by the reference: its runs stop, known to their last sample."""
 ENERGY_FLOOR = 1e-14  # J: below round-off of the energies; stands for zero on a logarithmic axis
 HEADINGS = {
     "energy created": ("spurious_energy_J", "J"),
@@ -44,7 +44,7 @@ def measure(samples: int, n_jobs: int, on_progress: Progress | None) -> Results:
     jobs, offset = [], load_scene(CENTRAL).data["mechanism"]["reference_offset"]
     for law, model, tolerance, start in keys:
         values: dict[str, object] = {"contact.law": law, "drive.cycles": 1.0, "output.groups": ["energy"]}
-        factor = DENSER if (law, model) == (SWITCHING, "reference") else 1
+        factor = DENSITY if (law, model) == (SWITCHING, "reference") else 1
         values["output.samples_per_cycle"] = factor * samples
         if model == "reference":
             values["solver.reference.tolerance"] = tolerance

@@ -72,7 +72,7 @@ class Use(StrEnum):
 
 
 USES = {"prediction": Use.PREDICTION, "misprint": Use.MISPRINT, "cap": Use.UNINFORMATIVE}
-"""Of the table of printed numbers; all other words in it say what was fitted."""
+"""Of the table of printed numbers; all other words in it name the fit."""
 
 
 class Size(StrEnum):
@@ -158,7 +158,7 @@ def ledger(runs: Runs, draws: Draws, limits: Mapping[str, float]) -> pd.DataFram
 
     ``printed``, ``printed_at`` (s) as first printed; ``limit`` of the permitted error, of a reliability;
     ``bound`` (m) that geometry sets to an error of the displacement. By model its value and ``_at`` (s, deg).
-    ``printed_size``, ``u_num``, of which samples may miss ``missed``, ``u_print``, ``u_D`` (nan where its
+    ``printed_size``, ``u_num`` with the part ``missed`` by samples, ``u_print``, ``u_D`` (nan where its
     solver was not run), ``u_model``: of that size. ``other``: as in `Reading`.
     """
     solver: dict[str, float] = {}
@@ -256,7 +256,7 @@ def instants(entries: pd.DataFrame, draws: Draws, reach: float = REACH) -> pd.Da
     cycle of it, of a reliability its angle; ``shifted``: the same of the first cycle, for the instant a
     period earlier; ``sized``: that with a size in the interval of the first cycle's sizes, too. ``random``
     and ``random_shifted``: the mean of both shares over the peaks of this quantity under the other
-    conditions, by their phase: what chance gives if a printed instant belonged to one of them. `POISSON` is
+    conditions, by their phase: the share by chance if a printed instant belonged to one of them. `POISSON` is
     no other condition than `CENTRAL`. ``top``: 1 for an instant within a reach of the top dead centre.
     """
     rows = []
@@ -327,7 +327,7 @@ class Joint(NamedTuple):
 def joint(sizes: pd.DataFrame, printed_sizes: pd.Series, twins: Sequence[int], seed: int = 0) -> Joint:
     """Return the joint measure of drawn sizes, a row a draw, a column a printed number.
 
-    Columns of one number in ``twins``, shape (columns,), are of one event: what is random of them is, too.
+    Columns of one number in ``twins``, shape (columns,), are of one event: one random number.
     """
     values = sizes.dropna().to_numpy(np.float64)
 
@@ -386,7 +386,7 @@ def one_limit(runs: Runs, quantity: str) -> float:
     return exp(minimize_scalar(squares, bounds=around, method="bounded").x)
 
 
-# ---- what is drawn
+# ---- draws
 
 
 def draw_groups(ids: Iterable[str]) -> dict[tuple[str, bool], tuple[str, ...]]:

@@ -45,7 +45,7 @@ class Config(NamedTuple):
     tolerances: Mapping[str, tuple[float, ...]]
     """Model -> those of the perturbed runs of the main scene; the reference's in all scenes."""
     cycles: Mapping[str, int]  # model -> cycles through which these are followed
-    long: int  # cycles of a run of the reference that shows how far the states scatter
+    long: int  # cycles of a run of the reference that shows the scatter of the states
 
 
 class Results(NamedTuple):

@@ -58,7 +58,7 @@ RANGES = {
     "range_y_error": ("slider_y", "motion"),
     "range_y_velocity_error": ("slider_vy", "motion"),
 }
-"""Of Fig. 14: the channel, and what of the ideal slider is taken off: its start, nothing, or its motion."""
+"""Of Fig. 14: the channel, and the part of the ideal slider taken off: its start, nothing, or its motion."""
 REACH = 0.025
 """Of a cycle, 9 degrees of the crank: a peak this close to the printed instant is the same passage. Three
 times the 0.8 % by which the paper's own instants of one peak differ (0.4110 s and 0.4141 s)."""
@@ -73,7 +73,7 @@ class Config(NamedTuple):
     """A cycle, of the two: 40 us apart at 150 rpm, where half of the contacts last more than 200 us."""
     long_samples: int  # a cycle, of many cycles; divides the former
     cycles: int  # of the central case, as in Figs. 14 and 15
-    fewer: int = 0  # of the other cases, which the paper does not follow so long
+    fewer: int = 0  # of the other cases: the paper follows them through fewer
     members: int = 1  # runs of two cycles from other starts
     draws: int = 0  # of values that the paper does not print, or rounds, without gravity as many
     long_draws: int = 0  # of the same, where runs are long: of many cycles, of variants
@@ -400,8 +400,8 @@ class Draw(Task):
     ids: tuple[str, ...]
     config: Config
     limits: Mapping[str, float]  # of the permitted error, by quantity
-    many: bool = False  # whether many cycles are run too
-    left_open: bool = True  # whether what the paper leaves open is drawn
+    many: bool = False  # many cycles are run too
+    left_open: bool = True  # values that the paper leaves open are drawn
     changes: Mapping[str, object] = field(default_factory=dict)  # of a hypothesis or a variant
     number: int = 0
     models = (REFERENCE,)
@@ -415,7 +415,7 @@ class Ensemble(NamedTuple):
 
 
 def run_draws(draws: Sequence[tuple[Draw, int]], n_jobs: int, on_progress: Progress | None) -> list[Ensemble]:
-    """Run so many draws of each, from the first on; what ran before is not run again."""
+    """Run so many draws of each, from the first on; stored draws are not run again."""
     tasks = [replace(one, number=number) for one, count in draws for number in range(count)]
     rows = iter(measure_all(measure_draw, tasks, on_processes(n_jobs), on_progress))
     ensembles = []
@@ -425,7 +425,7 @@ def run_draws(draws: Sequence[tuple[Draw, int]], n_jobs: int, on_progress: Progr
         columns = pd.MultiIndex.from_product([one.ids, Reading._fields])
         frame = pd.DataFrame.from_dict(readings, orient="index", columns=columns, dtype=np.float64)
         rest = [row for row in results if row["status"] != SUCCESS]
-        # Of what is no status of a model the message is the reason.
+        # Where the status is none of a model's the message is the reason.
         reasons = [row["message" if row["status"] in ("bad input", CRASHED) else "status"] for row in rest]
         ensembles.append(Ensemble(frame, reasons))
     return ensembles

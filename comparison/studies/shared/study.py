@@ -65,7 +65,7 @@ class Study(Generic[C, R]):
 
 
 def part(on_progress: Progress | None, start: float, end: float) -> Progress | None:
-    """Return the progress function of a part, which takes the whole from one share to another."""
+    """Return the progress function of a part, from one share of the whole to another."""
     return None if on_progress is None else lambda share: on_progress(start + (end - start) * share)
 
 

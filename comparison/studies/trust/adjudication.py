@@ -22,12 +22,12 @@ from comparison.tables.table import Table
 from comparison.verdict.results import SceneComparison
 
 WINDOW = 0.05  # of a cycle after the first sample outside its threshold, over which distances are taken
-LOOK_BACK = 0.05  # of a cycle: what happened earlier has shown itself before that sample
+LOOK_BACK = 0.05  # of a cycle: an earlier breach has shown itself before that sample
 # Of the distance between the models: an opinion this close to one is three times as far from the other.
 CLOSE = 0.25
 OPEN = "open"
 TRUTH = "truth"  # model of examples/truth_engine
-SMALL_STEP = 1e-7  # s: a fifth of what five bodies take at "strict"
+SMALL_STEP = 1e-7  # s: a fifth of the step of five bodies at "strict"
 MOST_STEPS = 2_000_000  # of the five bodies, half a minute
 FINE_SAMPLES = 20  # times as many samples in the runs that are searched for corners inside their walls
 # m. A touch is located to where the gap rounds, a difference of coordinates of half a metre, 1e-16 m times
@@ -120,13 +120,13 @@ def adjudicate(result: SceneComparison, runs: Sequence[Runs], scene: Scene) -> t
         side = "" if table is None else stands(table.values(channel)[first : last + 1], bases, judged)
         if side not in ("", model):
             evidence[model].append(f"its own code stands with the other model's run ({name})")
-    errs, why = decide(evidence)
+    errs, reason = decide(evidence)
     table = run_here(short_scene, TRUTH).table if TRUTH in engine_names() else None
     side = "" if table is None else stands(table.values(channel)[first : last + 1], bases, judged)
     if not side:
-        return errs, why
+        return errs, reason
     errs = next(model for model in MODELS if model != side)
-    return errs, f"{errs} errs: the truth engine stands with {side} alone; without it: {why}"
+    return errs, f"{errs} errs: the truth engine stands with {side} alone; without it: {reason}"
 
 
 def opinions(scene: Scene) -> list[tuple[str, str, Scene]]:

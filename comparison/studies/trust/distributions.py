@@ -34,13 +34,13 @@ ENSEMBLES: dict[str, tuple[str, str, Mapping[str, object]]] = {
     "reference against itself, other starts": ("no difference", "reference", {}),
     "restitution 1 % lower in one": ("a difference", "reference", {"contact.restitution": 0.891}),
 }
-"""Each is compared with the first: what is expected, the model, and its changed keys."""
+"""Each is compared with the first: the expectation, the model, and its changed keys."""
 
 
 def compare_ensembles(members: int, n_jobs: int, on_progress: Progress | None) -> list[Row]:
     """Run the ensembles, each of so many runs, all of which must succeed; return a row for each comparison.
 
-    ``kind`` is what is expected, ``tests`` the number of quantities, ``differing`` that of those that differ,
+    ``kind`` is the expectation, ``tests`` the number of quantities, ``differing`` that of those that differ,
     ``reason`` the largest distance.
     """
     base = load_scene("150rpm-0.2mm", {"drive.cycles": float(CYCLES), "output.samples_per_cycle": 200})

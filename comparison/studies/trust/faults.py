@@ -64,7 +64,7 @@ class Fault:
 
     @property
     def places(self) -> list[tuple[str, str]]:
-        """Models and tiers in which it is looked for: no wrong number in five bodies, which are slow."""
+        """Models and tiers in which it is looked for; numbers not in five bodies, as these are slow."""
         only = self.model or ("exudyn" if self.kind == "table" else "")
         return [
             (model, tier)
@@ -153,7 +153,7 @@ def load_copy(engine: str) -> None:
             os.environ["NUMBA_CACHE_DIR"] = before
 
 
-# ---- wrong tables: what a faulty recorder or a careless hand does to all of a model's tables alike
+# ---- wrong tables: faults of a recorder or a careless hand, alike in all of a model's tables
 
 
 def spoil_runs(name: str, a: Runs, b: Runs) -> tuple[Runs, Runs]:

@@ -51,7 +51,7 @@ class Comparison(Task):
     Its row has ``verdict``, ``confirmation`` (the outcome of the ensembles or ""), ``channels`` with a
     verdict each, ``predictable`` (the mean share of the excited channels' samples), ``failed``
     (status of a run without success), ``errs`` (the model that errs, "open", or "" where nothing was to be
-    adjudicated) and ``reason``; of a fault in a linkage also ``worth``, |E|/2u (99%) of what it changes.
+    adjudicated) and ``reason``; of a fault in a linkage also ``worth``, |E|/2u (99%) of its effect.
     """
 
     scene: Scene
@@ -119,7 +119,7 @@ class Comparison(Task):
         return row | {"worth": 0.0 if largest is None else largest.ratio}
 
     def row(self) -> Row:
-        """Run the families and judge them; where no fault was seeded, say which model errs."""
+        """Run the families and judge them; where no fault was seeded, name the model that errs."""
         if self.scene.is_linkage:
             return self.linkage_row()
         case = self.case
@@ -127,15 +127,15 @@ class Comparison(Task):
         judgement = case.judge(outcomes)
         result = judgement.comparison
         if not judgement.runs:
-            which, first = next(iter(unusable(outcomes).items()), (("", ""), Outcome("")))
-            return refusal(result.error, first.status, which[0] if first.status == VIOLATED else "")
+            key, first = next(iter(unusable(outcomes).items()), (("", ""), Outcome("")))
+            return refusal(result.error, first.status, key[0] if first.status == VIOLATED else "")
         row = summary(result)
         if self.fault is not None:
             return row
         if row["verdict"] == "differ":
             assert result.ran is not None
-            errs, why = adjudicate(result, tuple(judgement.runs.values()), result.ran)
-            return row | {"errs": errs, "reason": f"{row['reason']}; {why}"}
+            errs, reason = adjudicate(result, tuple(judgement.runs.values()), result.ran)
+            return row | {"errs": errs, "reason": f"{row['reason']}; {reason}"}
         # Both models locate touches at the tight tier; five bodies do to a step of time only.
         sides = judgement.runs if self.tier == "tight" else {}
         breaches_of = {model: rows for model, side in sides.items() if (rows := breaches(side.base))}

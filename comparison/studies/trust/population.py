@@ -56,14 +56,14 @@ def extreme_scene(scene: Scene, rng: np.random.Generator) -> Scene:
     return _draw(scene, key_rules(scene, "extremes"), rng)
 
 
-def key_rules(scene: Scene, which: str) -> dict[str, Any]:
+def key_rules(scene: Scene, group: str) -> dict[str, Any]:
     """Return the keys that a scene uses, of "users" or "extremes", with the rule to draw each."""
     parts = ["all", *scene.loose]
     if "slider" in parts:
         parts.append(scene.data["contact"]["law"])
     if has_load(scene.data):
         parts.append("load")
-    return {key: rule for part in parts for key, rule in DATA[which].get(part, {}).items()}
+    return {key: rule for part in parts for key, rule in DATA[group].get(part, {}).items()}
 
 
 def _draw(scene: Scene, rules: Mapping[str, Mapping[str, Any]], rng: np.random.Generator) -> Scene:

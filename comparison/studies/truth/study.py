@@ -1,8 +1,8 @@
 """Both models at both tiers against a true trajectory of each scene, and the uncertainties that they state.
 
 A verdict is sure where the error of each run is at most `LIMIT` u: then |a - b| <= 2 hypot(u_a, u_b). Samples
-are correlated, so each interval between two touches of the truth is one outcome: whether any of its
-predictable samples has a larger error.
+are correlated, so each interval between two touches of the truth is one outcome: outside if any of
+its predictable samples has a larger error.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -50,7 +50,7 @@ TRUTH = "truth"
 LIMIT = sqrt(2)
 SEED = 29112026  # of the random scenes; fixed before any of them was run
 ORIGINS = ("shipped", "random")
-TRAINING = 20  # random scenes by which a rule of u was mended: those of the study are the next ones
+TRAINING = 20  # random scenes that a rule of u was mended on; the study takes the next ones
 DRAWS = 10_000  # of scenes, for the bootstrap
 _COLOURS = {"reference": svg.FIRST, "exudyn": svg.SECOND}
 
@@ -240,7 +240,7 @@ def sample_rows(samples: Sequence[Samples], truth: Table, period: float, alpha: 
 
 def error_and_u(levels: dict[str, Array], truth: Array, runs: Runs, floor: float) -> tuple[Array, Array]:
     """Return error and u, shape (n,), of numbers of each run, by the rule for samples without a window."""
-    perturbed = tuple(values for which, values in levels.items() if which.endswith("perturbed"))
+    perturbed = tuple(values for kind, values in levels.items() if kind.endswith("perturbed"))
     values = RunValues(levels["base"], levels["finer"], levels.get("coarser"), perturbed, *runs.refinement)
     return np.abs(levels["base"] - truth), uncertainty(values, 0, floor)
 
@@ -250,8 +250,8 @@ def extremum_rows(samples: Sequence[Samples], runs: Runs, truth: Table, alpha: f
     base, tables = runs.base, runs.tables | {"true": truth}
     for one in samples:
         floor = float(round_off(base.values(one.name), base.time, base.known[one.name])[-1])
-        extrema = {which: table.extrema[one.name] for which, table in tables.items()}
-        levels = {which: np.array([each["min"], each["max"]]) for which, each in extrema.items()}
+        extrema = {kind: table.extrema[one.name] for kind, table in tables.items()}
+        levels = {kind: np.array([each["min"], each["max"]]) for kind, each in extrema.items()}
         error, u = error_and_u(levels, levels.pop("true"), runs, floor)
         if (predictable := u <= alpha * one.scale).any():
             yield summary("extrema", one.name, error[predictable], u[predictable])
@@ -263,14 +263,14 @@ def contact_rows(samples: Sequence[Samples], runs: Runs, truth: Table, period: f
     A contact is predictable where its corner's gap is at the samples on either side.
     """
     gaps = {one.name[7:9]: one.judged for one in samples if one.name.endswith("_gap")}
-    events = {which: pd.DataFrame(table.events) for which, table in (runs.tables | {"true": truth}).items()}
-    rows = {which: same_contacts(events["true"], each, WINDOW * period) for which, each in events.items()}
+    events = {kind: pd.DataFrame(table.events) for kind, table in (runs.tables | {"true": truth}).items()}
+    rows = {kind: same_contacts(events["true"], each, WINDOW * period) for kind, each in events.items()}
     predictable = begin_where(events["true"], truth.time, gaps)
     counts = {"outcomes": int(predictable.sum()), "outside": int((predictable & (rows["base"] < 0)).sum())}
     yield {"kind": "contacts without a partner", "name": "", **counts}
     common = predictable & np.all([each >= 0 for each in rows.values()], axis=0)
     for name in ("start", "impulse") if common.any() else ():
-        levels = {which: each[name].to_numpy(float)[rows[which][common]] for which, each in events.items()}
+        levels = {kind: each[name].to_numpy(float)[rows[kind][common]] for kind, each in events.items()}
         floor = ROUND_OFF * float(levels["true"].max())
         yield summary(f"{name} of contacts", "", *error_and_u(levels, levels.pop("true"), runs, floor))
 
