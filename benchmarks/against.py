@@ -80,7 +80,7 @@ class Worker:
         self.process.stdin.write(json.dumps(case) + "\n")
         self.process.stdin.flush()
         if not (line := self.process.stdout.readline()):
-            raise SystemExit(1)  # it said why
+            raise SystemExit(1)  # its message stands above
         return dict(json.loads(line))
 
 
@@ -88,26 +88,26 @@ def interleaved(checkouts: dict[str, Path], cases: dict[Any, tuple[Any, ...]], r
     """Return a row a round, case and checkout."""
     rows = []
     for number in range(rounds):
-        workers = {which: Worker(path) for which, path in checkouts.items()}
+        workers = {label: Worker(path) for label, path in checkouts.items()}
         for case, arguments in cases.items():
-            for which, worker in workers.items():
-                rows.append({"case": case, "round": number, "which": which} | worker.run(*arguments))
+            for label, worker in workers.items():
+                rows.append({"case": case, "round": number, "which": label} | worker.run(*arguments))
         for worker in workers.values():
             worker.process.communicate()
     return pd.DataFrame(rows)
 
 
-def ratios(measured: pd.DataFrame, *beside: str) -> pd.DataFrame:
+def ratios(rows: pd.DataFrame, *columns: str) -> pd.DataFrame:
     """Return, for each case, medians of either checkout, and the quartiles of here / there in time."""
-    seconds = measured.pivot_table("seconds", ["case", "round"], "which", sort=False)
+    seconds = rows.pivot_table("seconds", ["case", "round"], "which", sort=False)
     by_case = (seconds["here"] / seconds["there"]).groupby("case", sort=False)
     result = {
-        f"{which} (s)": seconds[which].groupby("case", sort=False).median() for which in ("there", "here")
+        f"{label} (s)": seconds[label].groupby("case", sort=False).median() for label in ("there", "here")
     }
     result |= {f"here/there {share:.0%}": by_case.quantile(share) for share in (0.25, 0.5, 0.75)}
-    for what in beside:
-        of = measured.pivot_table(what, "case", "which", aggfunc="median", sort=False)
-        result |= {f"{what} {which}": of[which] for which in ("there", "here")}
+    for column in columns:
+        medians = rows.pivot_table(column, "case", "which", aggfunc="median", sort=False)
+        result |= {f"{column} {label}": medians[label] for label in ("there", "here")}
     return pd.DataFrame(result)
 
 
@@ -130,36 +130,36 @@ def commands(checkouts: dict[str, Path], rounds: int, names: list[str]) -> pd.Da
         for name in names:
             state, *arguments = COMMANDS[name].split()
             for number in range(rounds):
-                for which, checkout in checkouts.items():
+                for label, checkout in checkouts.items():
                     if state == "warm" and number == 0:
-                        called(checkout, arguments, Path(folder, which))
+                        call(checkout, arguments, Path(folder, label))
                     elif state == "cold":
-                        shutil.rmtree(Path(folder, which), ignore_errors=True)
-                    result = called(checkout, arguments, Path(folder, which))
-                    rows.append({"case": name, "round": number, "which": which} | result)
+                        shutil.rmtree(Path(folder, label), ignore_errors=True)
+                    result = call(checkout, arguments, Path(folder, label))
+                    rows.append({"case": name, "round": number, "which": label} | result)
     return pd.DataFrame(rows)
 
 
-def called(checkout: Path, arguments: list[str], cache: Path) -> Row:
+def call(checkout: Path, arguments: list[str], cache: Path) -> Row:
     """Call a command; return processor and wall time (s) and peak memory (GB), its children's too."""
     with tempfile.TemporaryDirectory() as out:
         full = [each.replace("OUT", out) for each in arguments]
         # Bytecode is kept, as by a user's Python, whatever this machine's setting.
-        own = {"PYTHONPATH": str(checkout), "SIXBAR_CACHE_DIR": str(cache), "PYTHONDONTWRITEBYTECODE": ""}
-        own["PYTHONPYCACHEPREFIX"] = str(cache.with_suffix(".bytecode"))
-        with Path(out, "stderr").open("w+") as said:
-            begun = time.perf_counter()
+        env = {"PYTHONPATH": str(checkout), "SIXBAR_CACHE_DIR": str(cache), "PYTHONDONTWRITEBYTECODE": ""}
+        env["PYTHONPYCACHEPREFIX"] = str(cache.with_suffix(".bytecode"))
+        with Path(out, "stderr").open("w+") as log:
+            start = time.perf_counter()
             child = subprocess.Popen(
                 [sys.executable, "-m", "comparison", *full],
-                cwd=out, env=os.environ | own, stdout=subprocess.DEVNULL, stderr=said,
+                cwd=out, env=os.environ | env, stdout=subprocess.DEVNULL, stderr=log,
             )  # fmt: skip
             _, status, usage = os.wait4(child.pid, 0)
-            wall = time.perf_counter() - begun
+            wall = time.perf_counter() - start
             child.returncode = os.waitstatus_to_exitcode(status)
             # 1: a verdict "differ", by chance or by a fault of that checkout.
             if child.returncode not in (0, 1):
-                said.seek(0)
-                raise SystemExit(f"{checkout}: {' '.join(full)}: exit code {child.returncode}\n{said.read()}")
+                log.seek(0)
+                raise SystemExit(f"{checkout}: {' '.join(full)}: exit code {child.returncode}\n{log.read()}")
     largest = usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024) / 1e9
     return {"seconds": usage.ru_utime + usage.ru_stime, "wall": wall, "GB": largest}
 
@@ -170,15 +170,15 @@ def main() -> None:
     parser.add_argument("what", choices=(*RUNS, "commands"))
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"of commands: {', '.join(COMMANDS)}")
     parser.add_argument("--rounds", type=int, default=7)
-    asked = parser.parse_args()
-    if unknown := set(asked.names) - set(COMMANDS):
+    options = parser.parse_args()
+    if unknown := set(options.names) - set(COMMANDS):
         parser.error(f"{min(unknown)} is none of {', '.join(COMMANDS)}")
-    checkouts = {"there": asked.checkout.resolve(), "here": HERE}
-    if asked.what == "commands":
-        names = asked.names or [name for name in COMMANDS if name not in LONG]
-        result = ratios(commands(checkouts, asked.rounds, names), "wall", "GB")
+    checkouts = {"there": options.checkout.resolve(), "here": HERE}
+    if options.what == "commands":
+        names = options.names or [name for name in COMMANDS if name not in LONG]
+        result = ratios(commands(checkouts, options.rounds, names), "wall", "GB")
     else:
-        result = ratios(interleaved(checkouts, RUNS[asked.what], asked.rounds), "steps")
+        result = ratios(interleaved(checkouts, RUNS[options.what], options.rounds), "steps")
     print(result.to_string(float_format="{:.4g}".format))
 
 

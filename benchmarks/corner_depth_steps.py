@@ -1,8 +1,8 @@
-"""A run of the compiled reference, one accepted step at a time, and how deep it lets an open contact sink.
+"""A run of the compiled reference, one accepted step at a time, and the depths of its open contacts.
 
-Nothing here is shared with what locates contacts: a step is computed again from the equations of motion and
-scipy's coefficients, and of the integrator only the dense output is used (`reference_model.dop853`). Where
-corners, walls and journal are follows from the scene's own numbers by formulas of this module.
+Nothing here is shared with the location of contacts: a step is computed again from the equations of motion
+and scipy's coefficients, and of the integrator only the dense output is used (`reference_model.dop853`).
+Corners, walls and journal follow from the scene's own numbers by formulas of this module.
 """
 
 from __future__ import annotations
@@ -48,19 +48,19 @@ POINTS = 64
 """Of every accepted step, its end the last of them."""
 NOT_REPRODUCED = -1
 """The step computed again is not the one that was accepted: the checker is at fault, not the model."""
-REPRODUCED, REPRODUCED_SHARE = 1e-12, 0.1
+ERROR_BOUND, ERROR_SHARE = 1e-12, 0.1
 """m and rad, and a share of the tolerance. The step's length follows from the times at its ends, which are
-rounded; in a step at the edge of stability the stages magnify this a million times. By what the step computed
-again is off a gap may be too."""
+rounded; in a step at the edge of stability the stages magnify this a million times. A gap may be off by
+as much as the step computed again."""
 
-ASTRAY = 1e6
+STATE_BOUND = 1e6
 """m, rad, m/s, rad/s; outside it a run is meaningless, which the reference detects a few steps later."""
 
 OUTSIDE, TOUCHING, CLOSED = 0, 1, 2
-"""Rows of what is found: of open contacts the depth in the wall, in the step that their touch ends by itself
-(there it says how well the touch is located); of closed contacts the distance from the wall."""
+"""Rows of the depths: of open contacts the depth in the wall, in the step that their touch ends by itself
+(there it is the error of the touch's location); of closed contacts the distance from the wall."""
 VIOLATIONS, WORST, TIME, CONTACT = 0, 1, 2, 3
-"""Columns: steps outside the bound, the largest (m), when (s), and which contact."""
+"""Columns: steps outside the bound, the largest (m), its time (s) and its contact."""
 
 
 Geometry = namedtuple(
@@ -137,43 +137,43 @@ def follow(
 ) -> int:  # fmt: skip
     """Integrate to `t_end` one attempt at a time, and look at POINTS points of every step that is accepted.
 
-    Returns why it stopped, as `advance` does. In `again` steps are computed again; `times` are
+    Returns the reason of its end, as `advance` does. In `again` steps are computed again; `times` are
     period and end. `depths` is written, shape (3, 4).
     """
     f, (period, t_end) = again.f, times
     clock, counters = run.clock[0], run.counters[0]
     here, there = run.nodes.y, again.nodes.y
     size, free, contacts = here.shape[1], free_states(run.nodes), run.modes.size
-    advance(model, run, settings, 0.0, t_end)  # closes what starts inside
-    gap, broken = np.empty(5), np.zeros(3)
+    advance(model, run, settings, 0.0, t_end)  # closes contacts that start inside
+    gap, violations = np.empty(5), np.zeros(3)
     modes = run.modes.copy()
-    switched = counters.switches
+    last_switches = counters.switches
     depths[:] = 0.0
     while True:
         # In the multiplier form the crank's angle is a coordinate, and time is that of the run.
-        passed = 0.0 if g.formulation == 3 else math.floor(clock.time / period) * period
-        clock.time -= passed
-        clock.cycle += passed
+        elapsed = 0.0 if g.formulation == 3 else math.floor(clock.time / period) * period
+        clock.time -= elapsed
+        clock.cycle += elapsed
         cycle, t = clock.cycle, clock.time
         if t_end - cycle - t <= 1e-12 * t_end:
             return REACHED
         attempts = counters.steps + counters.rejected + counters.switches
         if attempts >= settings.limit:
             return STEP_LIMIT
-        if counters.switches - switched > SWITCHES_AT_ONCE:
+        if counters.switches - last_switches > SWITCHES_AT_ONCE:
             return CHATTER
-        steps, left = counters.steps, t_end - cycle
+        steps, remaining = counters.steps, t_end - cycle
         there[0] = here[0]
         for k in range(contacts):
             modes[k] = run.modes[k]
         # One attempt and no more, also where a mode ends at once and the next step has other modes.
-        once = Settings(settings.tolerance, settings.largest, settings.room, attempts + 1)
-        status = advance(model, run, once, left, left)
+        attempt = Settings(settings.tolerance, settings.largest, settings.room, attempts + 1)
+        status = advance(model, run, attempt, remaining, remaining)
         counters.events = counters.recorded = 0
         if counters.steps > steps:
-            switched = counters.switches
+            last_switches = counters.switches
             for i in range(free):
-                if not abs(here[0, i]) < ASTRAY:
+                if not abs(here[0, i]) < STATE_BOUND:
                     return NOT_FINITE
             h = clock.time - t
             for i in range(STAGES + 1):
@@ -192,35 +192,35 @@ def follow(
             for i in range(free // 2):
                 slack = max(slack, abs(there[END, i] - here[0, i]))
                 # A rounding of the time times the speed, which in a run that gains energy has no bound.
-                moved = 4.0 * np.spacing(clock.time) * abs(here[0, free // 2 + i])
-                allowed = REPRODUCED + REPRODUCED_SHARE * settings.tolerance + moved
-                if not abs(there[END, i] - here[0, i]) <= allowed or counters.steps > steps + 1:
+                drift = 4.0 * np.spacing(clock.time) * abs(here[0, free // 2 + i])
+                limit = ERROR_BOUND + ERROR_SHARE * settings.tolerance + drift
+                if not abs(there[END, i] - here[0, i]) <= limit or counters.steps > steps + 1:
                     return NOT_REPRODUCED
-            broken[:] = 0.0
+            violations[:] = 0.0
             for i in range(1, POINTS + 1):
                 share = i / POINTS
                 dense(share, free, there, f)
                 gaps(g, t + share * h, there[POINT], gap)
                 for k in range(contacts):
                     j = 4 if g.formulation == 1 else k  # of the journal alone
-                    row, wrong = OUTSIDE, -gap[j]
+                    row, excess = OUTSIDE, -gap[j]
                     # Where a side is one contact its second corner is located like its first.
                     if modes[k].inside:
-                        row, wrong = CLOSED, gap[j]
+                        row, excess = CLOSED, gap[j]
                     elif run.modes[k].inside:
                         row = TOUCHING
-                    if wrong > bound + slack:
-                        broken[row] = 1.0
-                    if wrong > depths[row, WORST]:
-                        depths[row, WORST], depths[row, CONTACT] = wrong, j
+                    if excess > bound + slack:
+                        violations[row] = 1.0
+                    if excess > depths[row, WORST]:
+                        depths[row, WORST], depths[row, CONTACT] = excess, j
                         depths[row, TIME] = cycle + t + share * h
-            depths[:, VIOLATIONS] += broken
+            depths[:, VIOLATIONS] += violations
         if status not in (REACHED, STEP_LIMIT):
             return status
 
 
-class Followed(NamedTuple):
-    """Reason of a run's end, its accepted steps, what was found (3, 4), and its final state."""
+class Outcome(NamedTuple):
+    """Reason of a run's end, its accepted steps, its depths (3, 4), and its final state."""
 
     status: int
     steps: int
@@ -228,10 +228,10 @@ class Followed(NamedTuple):
     run: Run
 
 
-def check(scene: Scene, bound: float, limit: int, judged: Scene | None = None) -> Followed:
-    """Follow a scene's run for so many attempted steps and switches, and count what is outside the bound (m).
+def check(scene: Scene, bound: float, limit: int, gap_scene: Scene | None = None) -> Outcome:
+    """Follow a scene's run for so many attempted steps and switches, and count depths outside the bound (m).
 
-    The gaps are those of the geometry of `judged`, by default of the scene itself.
+    The gaps are those of the geometry of `gap_scene`, by default of the scene itself.
     """
     p = read_parameters(scene.data)
     model, _ = formulations.formulation(p)
@@ -240,5 +240,5 @@ def check(scene: Scene, bound: float, limit: int, judged: Scene | None = None) -
     run, again = (running.new_run(y0, len(p.contacts), 1e-3 * largest, never, 200) for _ in range(2))
     depths, settings = np.zeros((3, 4)), Settings(p.tolerance, largest, 100, limit)
     times = p.period, p.period * p.cycles
-    status = follow(model, geometry(judged or scene), run, again, settings, times, bound, depths)
-    return Followed(status, int(run.counters["steps"][0]), depths, run)
+    status = follow(model, geometry(gap_scene or scene), run, again, settings, times, bound, depths)
+    return Outcome(status, int(run.counters["steps"][0]), depths, run)

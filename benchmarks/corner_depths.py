@@ -1,4 +1,4 @@
-"""Check whether the reference misses a contact: indentation of corners and journal outside of contacts.
+"""Search for contacts that the reference misses: indentation of corners and journal outside of contacts.
 
 Random runs of two cycles: all formulations and contact laws, tolerances and everything that a contact depends
 on. Every accepted step of the compiled integrator is computed again and looked at in 64 points
@@ -53,7 +53,7 @@ FORMULATIONS = {
 }
 LAWS = ("hertz-corners", "paper-switching", "foundation", "adams-impact")
 FINISHED, STOPPED, REFUSED = "finished", "stopped by the checker", "refused"
-JUDGED = (FINISHED, STOPPED)
+RESULTS = (FINISHED, STOPPED)
 """Runs that the reference itself stops have no result to check."""
 STATUS = {
     integrate.REACHED: FINISHED,
@@ -65,7 +65,7 @@ STATUS = {
 
 
 class Draw(NamedTuple):
-    """A run: what it is counted under, and the scene's name and changes."""
+    """A run: its labels in the counts, and the scene's name and changes."""
 
     number: int
     labels: dict[str, str]
@@ -150,66 +150,66 @@ def scipy_runs(count: int, seed: int) -> Iterator[Draw]:
         yield Draw(number, {"method": method, "formulation": name, "law": law}, "paper", values)
 
 
-class Worst(NamedTuple):
-    """Steps outside the bound, the largest value of all (m), and when (s)."""
+class Breach(NamedTuple):
+    """Steps outside the bound, the largest value of all (m), and its time (s)."""
 
     steps: int = 0
     value: float = 0.0
     time: float = 0.0
 
 
-PARTS = {"missed": "in the wall, open", "late": "at its touch", "held": "off the wall, closed"}
+PARTS = {"open": "in the wall, open", "touch": "at its touch", "closed": "off the wall, closed"}
 
 
-class Found(NamedTuple):
+class Finding(NamedTuple):
     """A run's result: open contacts in their wall, the same in the step of a touch, closed ones off it."""
 
     status: str
     steps: int
-    missed: Worst = Worst()
-    late: Worst = Worst()
-    held: Worst = Worst()
+    open: Breach = Breach()
+    touch: Breach = Breach()
+    closed: Breach = Breach()
 
     @property
     def too_deep(self) -> bool:
-        """Whether an open contact is deeper than it may be, in a run that has a result."""
-        return self.status in JUDGED and self.missed.steps + self.late.steps > 0
+        """True if an open contact is deeper than it may be, in a run that has a result."""
+        return self.status in RESULTS and self.open.steps + self.touch.steps > 0
 
 
-def followed(draw: Draw, limit: int = LIMIT) -> Found:
+def check_steps(draw: Draw, limit: int = LIMIT) -> Finding:
     """Check a run of the compiled integrator."""
     run = check(load_scene(draw.scene, draw.changes), BOUND, limit)
     if run.status == NOT_REPRODUCED:
         raise RuntimeError(f"run {draw.number}: a step could not be reproduced: {draw.changes}")
     rows = (run.depths[row] for row in (OUTSIDE, TOUCHING, CLOSED))
-    worst = (Worst(int(row[VIOLATIONS]), float(row[WORST]), float(row[TIME])) for row in rows)
-    return Found(STATUS[run.status], run.steps, *worst)
+    worst = (Breach(int(row[VIOLATIONS]), float(row[WORST]), float(row[TIME])) for row in rows)
+    return Finding(STATUS[run.status], run.steps, *worst)
 
 
-def tabulated(draw: Draw) -> Found:
+def check_table(draw: Draw) -> Finding:
     """Check a run by its table: corners from the slider's x and angle, contacts from its events."""
     scene = load_scene(draw.scene, draw.changes)
     try:
         with patch.object(simulation, "SCIPY_STEPS_PER_CYCLE_LIMIT", SCIPY_LIMIT):
             result = simulation.simulate(scene.data)
     except ValueError:  # a tolerance too coarse for the clearance
-        return Found(REFUSED, 0)
+        return Finding(REFUSED, 0)
     times, events = result.columns["time"], result.events
-    worst, violations = Worst(), 0
+    worst, violations = Breach(), 0
     for corner, depth in depths(scene, result.columns).items():
         # A side of a foundation has one contact, of both its corners.
         whole_side = draw.changes["contact.law"] == "foundation"
         rows = np.isin(events["corner"], [f"{end}{corner[1]}" for end in "lu"] if whole_side else [corner])
-        depth[closed(times, events["start"][rows], events["end"][rows])] = 0.0
+        depth[in_contact(times, events["start"][rows], events["end"][rows])] = 0.0
         violations += int(np.count_nonzero(depth > SCIPY_FACTOR * draw.changes["solver.reference.tolerance"]))
         if depth.max(initial=0.0) > worst.value:
-            worst = Worst(0, float(depth.max()), float(times[depth.argmax()]))
+            worst = Breach(0, float(depth.max()), float(times[depth.argmax()]))
     status = {"success": FINISHED, "work-limit": STOPPED}.get(result.status, result.status)
-    return Found(status, int(result.provenance["counters"]["steps"]), worst._replace(steps=violations))
+    return Finding(status, int(result.provenance["counters"]["steps"]), worst._replace(steps=violations))
 
 
 def depths(scene: Scene, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return how deep (m) each corner is in its wall, at all samples."""
+    """Return the depth (m) of each corner in its wall, at all samples."""
     slider, x, angle = scene.data["mechanism"]["slider"], columns["slider_x"], columns["slider_angle"]
     across, along = slider["width"] / 2 * np.cos(angle), slider["length"] / 2 * np.sin(angle)
     room = slider["width"] / 2 + scene.data["clearance"]["slider"]
@@ -222,46 +222,46 @@ def depths(scene: Scene, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray
     }
 
 
-def closed(times: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Return which times are within a contact, its ends included."""
+def in_contact(times: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Return a mask of the times within a contact, its ends included."""
     # A row more at the end than at the start: the sample is between. Contacts of one corner do not overlap.
-    begun = np.searchsorted(np.sort(starts), times + 1e-12, side="right")
-    ended = np.searchsorted(np.sort(ends), times - 1e-12, side="left")
-    return np.asarray(begun > ended)
+    start_counts = np.searchsorted(np.sort(starts), times + 1e-12, side="right")
+    end_counts = np.searchsorted(np.sort(ends), times - 1e-12, side="left")
+    return np.asarray(start_counts > end_counts)
 
 
-def work(what: str, judge: Callable[[Draw], Found], draws: Sequence[Draw], jobs: int) -> list[Found]:
+def work(title: str, judge: Callable[[Draw], Finding], draws: Sequence[Draw], jobs: int) -> list[Finding]:
     """Check all runs of a population."""
-    begun, results = time.monotonic(), []
+    start, results = time.monotonic(), []
     with ProcessPoolExecutor(jobs) as pool:
         for draw, one in zip(draws, pool.map(judge, draws), strict=True):
             results.append(one)
-            said = f"{what}: {len(results)}/{len(draws)}, {time.monotonic() - begun:.0f} s"
+            line = f"{title}: {len(results)}/{len(draws)}, {time.monotonic() - start:.0f} s"
             if one.too_deep:
-                deepest = max(one.missed, one.late, key=lambda worst: worst.value)
-                said += f"; run {draw.number}: {deepest.value:.1e} m at {deepest.time:.6f} s, {draw.labels}"
+                deepest = max(one.open, one.touch, key=lambda worst: worst.value)
+                line += f"; run {draw.number}: {deepest.value:.1e} m at {deepest.time:.6f} s, {draw.labels}"
             if one.too_deep or len(results) % max(1, len(draws) // 20) == 0:
-                print(said, file=sys.stderr, flush=True)
+                print(line, file=sys.stderr, flush=True)
     return results
 
 
-def report(what: str, draws: Sequence[Draw], results: Sequence[Found]) -> None:
-    """Print a population's runs with each kind of contact and the largest distance: in all, by each label."""
-    print(f"\n{what}: {len(results)} runs, {sum(one.steps for one in results)} accepted steps")
+def report(title: str, draws: Sequence[Draw], results: Sequence[Finding]) -> None:
+    """Print the counts of a population's runs by kind of contact, and largest distances: in all, by label."""
+    print(f"\n{title}: {len(results)} runs, {sum(one.steps for one in results)} accepted steps")
     print(", ".join(f"{n} {status}" for status, n in Counter(one.status for one in results).items()))
     rows: list[dict[str, Any]] = []
     for draw, one in zip(draws, results, strict=True):
-        if one.status in JUDGED:
-            rows.append(draw.labels | {"all": what, "runs": 1})
+        if one.status in RESULTS:
+            rows.append(draw.labels | {"all": title, "runs": 1})
             for part, heading in PARTS.items():
-                worst: Worst = getattr(one, part)
+                worst: Breach = getattr(one, part)
                 rows[-1] |= {heading: worst.steps > 0, f"{heading} (m)": worst.value}
     if not rows:
         return
     labels = ["all", *draws[0].labels]
-    how = {name: "max" if "(m)" in name else "sum" for name in rows[0] if name not in labels}
+    functions = {name: "max" if "(m)" in name else "sum" for name in rows[0] if name not in labels}
     for label in labels:
-        print(f"\n{pd.DataFrame(rows).groupby(label).agg(how).to_string()}")
+        print(f"\n{pd.DataFrame(rows).groupby(label).agg(functions).to_string()}")
 
 
 def main() -> int:
@@ -270,19 +270,19 @@ def main() -> int:
     for name, default in defaults.items():
         parser.add_argument(f"--{name}", type=int, default=default)
     options = parser.parse_args()
-    begun, wrong = time.monotonic(), 0
-    compiled = partial(followed, limit=options.limit)
-    for what, judge, draws in (
+    start, count = time.monotonic(), 0
+    compiled = partial(check_steps, limit=options.limit)
+    for title, judge, draws in (
         ("grazing", compiled, grazing_runs(options.grazing, options.seed)),
         ("random", compiled, random_runs(options.runs, options.seed)),
-        ("scipy", tabulated, scipy_runs(options.scipy, options.seed)),
+        ("scipy", check_table, scipy_runs(options.scipy, options.seed)),
     ):
-        if drawn := list(draws):
-            results = work(what, judge, drawn, options.jobs)
-            report(what, drawn, results)
-            wrong += sum(one.too_deep for one in results)
-    print(f"\n{time.monotonic() - begun:.0f} s")
-    return 1 if wrong else 0
+        if runs := list(draws):
+            results = work(title, judge, runs, options.jobs)
+            report(title, runs, results)
+            count += sum(one.too_deep for one in results)
+    print(f"\n{time.monotonic() - start:.0f} s")
+    return 1 if count else 0
 
 
 if __name__ == "__main__":

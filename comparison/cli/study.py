@@ -11,7 +11,7 @@ import typer
 from comparison.cli import console
 from comparison.cli.console import columns, complain, progress, say, warn
 from comparison.formatting import table
-from comparison.studies import MOVED, NAMES, STUDIES, write_study
+from comparison.studies import NAMES, STUDIES, SUCCESSORS, write_study
 from comparison.studies.paper import PARTS
 
 _MOST_ROWS = 20  # most rows of a sweep on the terminal; a 21st replaces the line that counts the rest
@@ -81,7 +81,7 @@ def _redirect(name: str, words: str) -> Callable[[], int]:
     return lambda: complain(f"study {name} is a part of another now: sixbar study {words}", 2)
 
 
-for _name, _words in MOVED.items():
+for _name, _words in SUCCESSORS.items():
     # With whatever options it once had.
     studies.command(
         _name, hidden=True, context_settings={"ignore_unknown_options": True, "allow_extra_args": True}
@@ -141,13 +141,13 @@ def sweep(options: Sweep) -> int:
     from comparison.execution.tasks import on_processes
     from comparison.files import check_folder
     from comparison.scene import load_scene, parse_set
-    from comparison.studies.sweep import USUAL, SweepError, check_set, chosen_points, on_cluster
+    from comparison.studies.sweep import DEFAULTS, SweepError, check_set, on_cluster, sweep_points
     from comparison.studies.sweep import sweep as run_sweep
     from comparison.tables.channels import expected
 
     models = [name.strip() for name in options.model.split(",")]
     try:
-        points = chosen_points(options.grid, options.listed, options.latin, options.points, options.seed)
+        points = sweep_points(options.grid, options.listed, options.latin, options.points, options.seed)
         values = parse_set(options.overrides or [])
         check_set(points, values)
         base = load_scene(options.scene, values)
@@ -155,7 +155,7 @@ def sweep(options: Sweep) -> int:
         jobs, scheduler = options.jobs or cpus(), options.scheduler
         pool = on_processes(jobs) if scheduler is None else on_cluster(scheduler)
         with progress(f"sweep of {base.name}", quiet=options.quiet) as report:
-            default = [f"max:{name}" for name in expected(base.data)] if base.is_linkage else USUAL
+            default = [f"max:{name}" for name in expected(base.data)] if base.is_linkage else DEFAULTS
             path, failures = run_sweep(base, points, models, options.output or default, folder, pool, report)
     except SweepError as error:
         raise typer.BadParameter(str(error)) from error

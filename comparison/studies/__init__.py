@@ -22,7 +22,7 @@ STUDIES = {
 }
 """Study -> its subject, in one line."""
 NAMES = tuple(STUDIES)
-MOVED = {
+SUCCESSORS = {
     "as-published": "paper --part main",
     "identification": "paper --part identification",
     "nonlinear": "paper --part nonlinear",
@@ -53,7 +53,7 @@ def write_study(
     name
         One of `NAMES`.
     folder, n_jobs, on_progress, small
-        Output folder, worker processes, progress from 0 to 1, and whether with few and short runs.
+        Output folder, worker processes, progress from 0 to 1, and True for few and short runs.
     parts
         Of the study paper: those of `comparison.studies.paper.PARTS` to write, by default all.
     """

@@ -26,14 +26,14 @@ from comparison.models import find
 from comparison.reliability.errors import slider_errors
 from comparison.scene import Scene, parse_set
 from comparison.scene.keys import did_you_mean, toml
-from comparison.studies.shared.scenes import settable
+from comparison.studies.shared.scenes import key_values
 from comparison.tables.channels import known_channels
 from comparison.tables.table import Table
 
 # ---- the points
 
 Point = dict[str, object]  # dotted keys of a scene and their values
-MOST = 1_000_000
+MOST_POINTS = 1_000_000
 LARGEST_LIST = 200_000_000  # bytes of a list of points
 
 
@@ -41,19 +41,19 @@ class SweepError(ValueError):
     """A sweep that cannot start or continue; the message is one line."""
 
 
-def chosen_points(
+def sweep_points(
     axes: Sequence[str] | None, file: Path | None, ranges: Sequence[str] | None, count: int, seed: int
 ) -> list[Point]:
-    """Return the points of a `grid`, a `listed` file or a `latin_hypercube`, whichever is given."""
-    ways = [name for name, given in (("--grid", axes), ("--list", file), ("--latin", ranges)) if given]
-    if len(ways) > 1:
-        raise SweepError(f"{' and '.join(ways)}: give one of --grid, --list and --latin")
+    """Return the points of the option that has a value: `grid`, `read_list` or `latin_hypercube`."""
+    options = [option for option, value in (("--grid", axes), ("--list", file), ("--latin", ranges)) if value]
+    if len(options) > 1:
+        raise SweepError(f"{' and '.join(options)}: give one of --grid, --list and --latin")
     if axes:
         return grid(axes)
     if ranges:
         return latin_hypercube(ranges, count, seed)
     if file is not None:
-        return listed(file)
+        return read_list(file)
     raise SweepError("give one of --grid, --list and --latin: without any there is nothing to sweep")
 
 
@@ -72,22 +72,22 @@ def grid(axes: Sequence[str]) -> list[Point]:
         if not values[key]:
             raise SweepError(f"--grid {key + '=' + text!r}: needs at least one value, as in {key}=1,2,3")
     count = math.prod(map(len, values.values()))
-    if count > MOST:
-        raise SweepError(f"--grid: {count} points; at most {MOST} are possible")
-    return [dict(zip(values, chosen, strict=True)) for chosen in product(*values.values())]
+    if count > MOST_POINTS:
+        raise SweepError(f"--grid: {count} points; at most {MOST_POINTS} are possible")
+    return [dict(zip(values, row, strict=True)) for row in product(*values.values())]
 
 
-def listed(path: Path) -> list[Point]:
+def read_list(path: Path) -> list[Point]:
     """Return the rows of a CSV file whose header names keys."""
     try:
         check_size(path, LARGEST_LIST)
         with path.open(encoding="utf-8-sig", newline="") as file:
-            rows = list(islice((row for row in csv.reader(file) if row), MOST + 2))
+            rows = list(islice((row for row in csv.reader(file) if row), MOST_POINTS + 2))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise SweepError(f"--list {path}: cannot be read: {reason}") from error
-    if len(rows) > MOST + 1:
-        raise SweepError(f"--list {path}: more than {MOST} points")
+    if len(rows) > MOST_POINTS + 1:
+        raise SweepError(f"--list {path}: more than {MOST_POINTS} points")
     if len(rows) < 2:
         raise SweepError(f"--list {path}: needs a line of keys and at least one line of values")
     keys = [key.strip() for key in rows[0]]
@@ -110,8 +110,8 @@ def latin_hypercube(axes: Sequence[str], count: int, seed: int) -> list[Point]:
         if not (low < high and math.isfinite(high - low)):
             raise SweepError(f"--latin {key + '=' + text!r}: needs two numbers low:high with low < high")
         ranges[key] = low, high
-    if not 1 <= count <= MOST:
-        raise SweepError(f"--points {count} must be 1 to {MOST}")
+    if not 1 <= count <= MOST_POINTS:
+        raise SweepError(f"--points {count} must be 1 to {MOST_POINTS}")
     sample = qmc.LatinHypercube(len(ranges), rng=seed).random(count)
     lows, highs = zip(*ranges.values(), strict=True)
     return [dict(zip(ranges, map(float, row), strict=True)) for row in qmc.scale(sample, lows, highs)]
@@ -119,15 +119,15 @@ def latin_hypercube(axes: Sequence[str], count: int, seed: int) -> list[Point]:
 
 def _axes(option: str, axes: Sequence[str], form: str) -> list[tuple[str, str]]:
     """Return the key of each axis and its text; no key twice."""
-    split: dict[str, str] = {}
+    texts: dict[str, str] = {}
     for axis in axes:
         key, equals, text = axis.partition("=")
         if not equals or not all(part.strip() for part in key.split(".")):
             raise SweepError(f"{option} {axis!r} must be key={form}")
-        if key.strip() in split:
+        if key.strip() in texts:
             raise SweepError(f"{option}: key {key.strip()!r} is given twice")
-        split[key.strip()] = text
-    return list(split.items())
+        texts[key.strip()] = text
+    return list(texts.items())
 
 
 def _value(text: str) -> object:
@@ -139,22 +139,22 @@ def _value(text: str) -> object:
 
 ROWS, TABLE = "runs", "sweep.csv"
 IDEAL: Point = {"joints.slider": "ideal", "joints.crank_pin": "ideal", "output.groups": ["accelerations"]}
-OF_CHANNELS = ("min", "max", "rms", "end")  # min and max over the integration steps
-OF_ERRORS = ("slider_y", "slider_vy", "slider_ay")  # whose error against the ideal mechanism the paper shows
-OF_CONTACTS = ("normal_speed", "impulse", "peak_force", "largest_depth")
-USUAL = (*(f"peak_error:{channel}" for channel in OF_ERRORS), "contacts", "impulse", "largest:peak_force")
+STATISTICS = ("min", "max", "rms", "end")  # min and max over the integration steps
+ERROR_CHANNELS = ("slider_y", "slider_vy", "slider_ay")  # the paper shows their errors
+CONTACT_COLUMNS = ("normal_speed", "impulse", "peak_force", "largest_depth")
+DEFAULTS = (*(f"peak_error:{name}" for name in ERROR_CHANNELS), "contacts", "impulse", "largest:peak_force")
 PATIENCE = 10.0  # s, after which waiting for a scheduler that does not answer is stopped
 
 
 def names(scene: Mapping[str, Any]) -> list[str]:
     """List every quantity of a run of a scene; no model writes channels of the crank."""
-    written = [name for name, channel in known_channels(scene).items() if channel.group != "crank"]
+    channels = [name for name, channel in known_channels(scene).items() if channel.group != "crank"]
     return [
-        *(f"{what}:{channel}" for what in OF_CHANNELS for channel in written),
-        *(f"peak_error:{channel}" for channel in OF_ERRORS),
+        *(f"{statistic}:{channel}" for statistic in STATISTICS for channel in channels),
+        *(f"peak_error:{channel}" for channel in ERROR_CHANNELS),
         "contacts",
         "impulse",
-        *(f"largest:{column}" for column in OF_CONTACTS),
+        *(f"largest:{column}" for column in CONTACT_COLUMNS),
         "steps",
     ]
 
@@ -164,27 +164,27 @@ def quantity(name: str, run: Table, ideal: Table | None, period: float) -> float
 
     A peak error is the largest over the second cycle, as in the paper; over all where there is no second.
     """
-    what, _, part = name.partition(":")
-    if what in ("peak_error", *OF_CHANNELS) and part not in run.names:
+    kind, _, part = name.partition(":")
+    if kind in ("peak_error", *STATISTICS) and part not in run.names:
         return None
-    if what == "peak_error":
+    if kind == "peak_error":
         assert ideal is not None
         second = (period, 2 * period) if run.time[-1] >= 2 * period * (1 - 1e-9) else ()
         return abs(slider_errors(run, ideal, period, names=(part,)).peak(part, *second).value)
-    if what in ("min", "max") and part in run.extrema:
-        return float(run.extrema[part][what])
-    if what in OF_CHANNELS:
+    if kind in ("min", "max") and part in run.extrema:
+        return float(run.extrema[part][kind])
+    if kind in STATISTICS:
         values = run.values(part)
         summary = {"min": values.min(), "max": values.max(), "end": values[-1], "rms": rms(run.time, values)}
-        return float(summary[what])
-    if what == "steps":
+        return float(summary[kind])
+    if kind == "steps":
         steps = run.provenance.get("counters", {}).get("steps")
         return None if steps is None else float(steps)
     if run.events is None:
         return None
-    if what == "largest":
+    if kind == "largest":
         return float(run.events[part].max()) if len(run.events) else 0.0
-    return float(len(run.events) if what == "contacts" else run.events["impulse"].to_numpy().sum())
+    return float(len(run.events) if kind == "contacts" else run.events["impulse"].to_numpy().sum())
 
 
 @dataclass(frozen=True)
@@ -198,7 +198,7 @@ class SweepRun(Task):
 
     @property
     def identity(self) -> dict[str, Any]:
-        """Its fields, the point as texts: JSON has neither nan nor dates, which a run refuses."""
+        """Its fields, the point as texts: JSON has neither nan nor dates, and a run refuses both."""
         return super().identity | {"point": _texts(self.point)}
 
     @property
@@ -231,20 +231,20 @@ def sweep(
     spread: Spread,
     on_progress: Progress | None = None,
 ) -> tuple[Path, int]:
-    """Run all points by all models; return the path of the table and how many runs did not succeed.
+    """Run all points by all models; return the path of the table and the number of failed runs.
 
     Each run's row is kept in the folder as soon as it ends: a sweep that was interrupted resumes. The table
     does not depend on the order of the runs; failed runs are rows too, with their reason. The folder is made
     once all keys and quantities are known: an unknown one is a `SweepError`, a row that cannot be stored an
     `OSError`.
     """
-    known = names(base.data)
+    choices = names(base.data)
     for name in quantities:
-        if name not in known:
-            close = get_close_matches(name, known, n=1)
-            hint = f"did you mean {close[0]!r}?" if close else f"such as {', '.join(USUAL)}"
+        if name not in choices:
+            close = get_close_matches(name, choices, n=1)
+            hint = f"did you mean {close[0]!r}?" if close else f"such as {', '.join(DEFAULTS)}"
             raise SweepError(f"--output {name!r} is not a quantity of a run; {hint}")
-    keys = [key for key in settable(base.data) if not key.startswith("scene.")]
+    keys = [key for key in key_values(base.data) if not key.startswith("scene.")]
     for key in dict.fromkeys(key for point in points for key in point):
         if key not in keys:
             hint = f"is not a key of a scene{did_you_mean(key, base.schema)}"
@@ -261,10 +261,10 @@ def sweep(
         for number, (task, row) in enumerate(zip(tasks, rows, strict=True))
     ]
     path = folder / TABLE
-    before = _content(path) if path.exists() else set()
+    previous = _content(path) if path.exists() else set()
     with replacing(path) as part:
         pd.DataFrame(lines).to_csv(part, index=False)
-    if not before <= _content(path):
+    if not previous <= _content(path):
         again = "its own command writes it again from the stored runs"
         logging.getLogger(__name__).warning("%s: replaces the table of another sweep; %s", path, again)
     return path, sum(row["status"] != SUCCESS for row in rows)
@@ -284,7 +284,7 @@ def on_cluster(address: str) -> Spread:
         from distributed import Client, as_completed
     except ImportError as error:
         raise SweepError("--scheduler needs dask: pip install 'sixbar-crossval[cluster]'") from error
-    # What they say about a lost connection is said here, in one line.
+    # The message on a lost connection is the one line below, not theirs.
     for name in ("distributed", "tornado", "asyncio"):
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     where = f"--scheduler {address}"
@@ -297,7 +297,7 @@ def on_cluster(address: str) -> Spread:
         raise SweepError(f"{where}: must be tcp://host:port")
     try:
         # Dask's own client tries for twice its patience where nobody listens, and without end where one who
-        # listens stays silent. A scheduler speaks first, but for the handshake of TLS.
+        # listens stays silent. A scheduler speaks first, except in the handshake of TLS.
         with socket.create_connection((host, port), timeout=PATIENCE) as connection:
             if parts.scheme == "tcp":
                 connection.recv(1)
@@ -313,7 +313,7 @@ def on_cluster(address: str) -> Spread:
             except TimeoutError as error:
                 raise SweepError(f"{where}: has no workers") from error
             futures = {
-                client.submit(_alone, attempt, task, key=f"sixbar-{key}", pure=False, retries=0): key
+                client.submit(_run_task, attempt, task, key=f"sixbar-{key}", pure=False, retries=0): key
                 for key, task in tasks.items()
             }
             for future in as_completed(futures, loop=client.loop):
@@ -330,6 +330,6 @@ def on_cluster(address: str) -> Spread:
     return spread
 
 
-def _alone(attempt: Attempt, task: Task) -> Any:
+def _run_task(attempt: Attempt, task: Task) -> Any:
     """Run a task on the cluster, where no progress is reported."""
     return attempt(task, lambda _: None)

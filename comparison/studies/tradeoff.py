@@ -33,9 +33,9 @@ from comparison.studies.shared.study import Columns, Study, markdown, write_csv
 from comparison.tables.channels import Array
 
 TRUTH = 1e-14  # tolerance of the run that counts as exact
-CONFIRMING = 1e-12  # of the other model's most accurate run
+CONFIRMATION = 1e-12  # of the other model's most accurate run
 SCENES = {"150rpm-0.2mm": "150 rpm, 0.2 mm", "300rpm-0.2mm": "300 rpm, 0.2 mm"}
-EQUAL = {quantity(error, "m", 1): error for error in (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)}
+ERRORS = {quantity(error, "m", 1): error for error in (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)}
 """Errors of x at which costs are compared, m, by their headings."""
 _STEPS = (4e-5, 2e-5, 8e-6, 4e-6, 2e-6, 1e-6, 5e-7)
 
@@ -65,7 +65,7 @@ RATIOS: tuple[tuple[Method, str, tuple[Method, ...]], ...] = (
     (TREE, "tree, DOPRI5, steps up to 1 ms", (catalogue.TREE_LONG_STEPS,)),
     (TREE, "minimal, DOP853", (MINIMAL,)),
 )
-"""Method, what it is compared with in words, and the methods of which the cheapest counts."""
+"""Method, the words for its bases, and these: the cheapest counts."""
 # By formulation, a model's own colour being that of its smallest; by integrator of either model.
 _COLOURS = {
     "minimal": svg.FIRST,
@@ -79,14 +79,14 @@ _MARKS |= {"generalized alpha": "^", "trapezoidal index 2": "v"}
 
 STARTS = {"minimal": 60, "multiplier": 10, "tree": 20, "full": 2}
 """Starts of each named setting: a cycle takes the reference 10 ms, the five bodies up to 30 s."""
-APART = 1e-8
-"""m; between starts: far below what is known of any press, far above every error that a start could hide."""
+START_STEP = 1e-8
+"""m; between starts: far below the accuracy of any press, far above every error that a start could hide."""
 ROUND_OFF = 1e-15
 """m; some units in the last place of x, which is about -0.5 m: no error bound is below it."""
 
 
 class Config(NamedTuple):
-    """How much is measured."""
+    """Amount of the measurements."""
 
     settings: int  # of each method, from the coarsest, at most
     scenes: int  # of the shipped ones, at most
@@ -94,15 +94,15 @@ class Config(NamedTuple):
 
 
 class Results(NamedTuple):
-    """Rows of the methods and of the named settings: labels, and what `measure` returns."""
+    """Rows of the methods and of the named settings: labels, and the row of `measure`."""
 
     rows: list[Row]  # ``method``, ``model``, ``scene``, ``setting``
-    named: list[Row]  # ``scene``, ``model``, ``formulation``, ``accuracy``, ``cycles``
-    confirmed: list[float]  # distance of the models' most accurate runs of each of `SCENES`, m of x
+    settings: list[Row]  # ``scene``, ``model``, ``formulation``, ``accuracy``, ``cycles``
+    distances: list[float]  # between the models' most accurate runs of each of `SCENES`, m of x
 
 
 @dataclass(frozen=True)
-class Timed(Task):
+class TimedRun(Task):
     """A run to be timed."""
 
     name: str  # shipped scene
@@ -117,32 +117,32 @@ class Timed(Task):
         return self.model, MODELS[0]
 
 
-def measure(task: Timed, progress: Progress) -> Row:
+def measure(task: TimedRun, progress: Progress) -> Row:
     """Run a scene and return its processor time, work, and error of x, m."""
     run = time_run(Candidate(task.scene, task.model, task.label, "", nan), progress)
     if run.x is None:
         return {"status": run.status, "seconds": None, "evaluations": None, "error": None}
-    error = float(np.abs(run.x - exact(task.name, task.start)).max())
+    error = float(np.abs(run.x - exact_x(task.name, task.start)).max())
     return {"seconds": run.seconds, "evaluations": run.evaluations, "error": error}
 
 
 def first_cycle(name: str, start: int = 0) -> Scene:
     """Return the first cycle of a shipped scene from a start: 0, 1, -1, 2, -2 ... times `APART`."""
     scene = load_scene(name)
-    metres = (start + 1) // 2 * (1 if start % 2 else -1) * APART
+    metres = (start + 1) // 2 * (1 if start % 2 else -1) * START_STEP
     offset = scene.data["initial"]["slider_offset"] + metres
     cycles = min(1.0, scene.data["drive"]["cycles"])
     return scene.variant({"drive.cycles": cycles, "initial.slider_offset": offset})
 
 
 @cache
-def exact(name: str, start: int) -> Array:
+def exact_x(name: str, start: int) -> Array:
     """Return x of the exact run, m, shape (n,)."""
     scene = scene_at(first_cycle(name, start), MODELS[0], "minimal", TRUTH)
     return run_one(scene, MODELS[0]).values(CHANNEL)
 
 
-def swept(config: Config) -> list[tuple[Row, Timed]]:
+def sweep_tasks(config: Config) -> list[tuple[Row, TimedRun]]:
     """Return the labels and runs of the methods over their settings."""
     tasks = []
     for (method, settings), name in product(SWEEPS.items(), SCENES):
@@ -150,12 +150,12 @@ def swept(config: Config) -> list[tuple[Row, Timed]]:
         scene = first_cycle(name).variant({"output.groups": [], **method.changes})
         for setting in settings[: config.settings]:
             labels = {"method": method.name, "model": method.model, "scene": name, "setting": setting}
-            one = scene.variant({f"solver.{method.model}.{key}": setting})
-            tasks.append((labels, Timed(name, 0, method.model, method.name, one)))
+            variant = scene.variant({f"solver.{method.model}.{key}": setting})
+            tasks.append((labels, TimedRun(name, 0, method.model, method.name, variant)))
     return tasks
 
 
-def named(config: Config) -> list[tuple[Row, Timed]]:
+def setting_tasks(config: Config) -> list[tuple[Row, TimedRun]]:
     """Return the labels and runs of the named settings from some starts, on the shipped scenes."""
     tasks = []
     for name, model in product(shipped_scenes()[: config.scenes], MODELS):
@@ -164,27 +164,27 @@ def named(config: Config) -> list[tuple[Row, Timed]]:
                 scene = first_cycle(name, start).variant({f"solver.{model}.formulation": formulation})
                 for accuracy in NAMES:
                     labels = {"scene": name, "formulation": formulation, "accuracy": accuracy}
-                    one = scene.variant(solver_values(model, accuracy, scene))
+                    variant = scene.variant(solver_values(model, accuracy, scene))
                     labels |= {"model": model, "cycles": scene.data["drive"]["cycles"]}
-                    tasks.append((labels, Timed(name, start, model, formulation, one)))
+                    tasks.append((labels, TimedRun(name, start, model, formulation, variant)))
     return tasks
 
 
-def measured(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
+def measure_study(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
     """Measure in one process, whatever ``n_jobs`` says, since it is timed."""
-    sweep, others = swept(config), named(config)
-    tasks = sweep + others
-    timed = measure_all(measure, [task for _, task in tasks], on_processes(1), on_progress)
-    rows = [row | labels for (labels, _), row in zip(tasks, timed, strict=True)]
-    return Results(rows[: len(sweep)], rows[len(sweep) :], confirmations(n_jobs))
+    sweeps, settings = sweep_tasks(config), setting_tasks(config)
+    tasks = sweeps + settings
+    results = measure_all(measure, [task for _, task in tasks], on_processes(1), on_progress)
+    rows = [row | labels for (labels, _), row in zip(tasks, results, strict=True)]
+    return Results(rows[: len(sweeps)], rows[len(sweeps) :], distances(n_jobs))
 
 
-def confirmations(n_jobs: int) -> list[float]:
-    """Return how far the other model's most accurate runs of `SCENES` are from the exact ones, m."""
-    jobs = [Job(scene_at(first_cycle(name), MODELS[1], "tree", CONFIRMING), MODELS[1]) for name in SCENES]
+def distances(n_jobs: int) -> list[float]:
+    """Return the distances of the other model's most accurate runs of `SCENES` from the exact ones, m."""
+    jobs = [Job(scene_at(first_cycle(name), MODELS[1], "tree", CONFIRMATION), MODELS[1]) for name in SCENES]
     tables = map(table_of, run_all(jobs, n_jobs), jobs)
     pairs = zip(tables, SCENES, strict=True)
-    return [float(np.abs(table.values(CHANNEL) - exact(name, 0)).max()) for table, name in pairs]
+    return [float(np.abs(table.values(CHANNEL) - exact_x(name, 0)).max()) for table, name in pairs]
 
 
 # ---- curves: a row a setting, coarsest first; an error of 0 or nan is no point of one
@@ -192,8 +192,8 @@ def confirmations(n_jobs: int) -> list[float]:
 
 def curve_of(rows: pd.DataFrame, method: Method, scene: str) -> pd.DataFrame:
     """Return ``error`` and ``seconds`` of a method's settings with a result on a scene."""
-    chosen = (rows["method"] == method.name) & (rows["scene"] == scene) & (rows["status"] == SUCCESS)
-    return rows[chosen & (rows["error"] > 0)][["error", "seconds"]].astype(np.float64)
+    mask = (rows["method"] == method.name) & (rows["scene"] == scene) & (rows["status"] == SUCCESS)
+    return rows[mask & (rows["error"] > 0)][["error", "seconds"]].astype(np.float64)
 
 
 def front(curve: pd.DataFrame) -> pd.DataFrame:
@@ -214,14 +214,14 @@ def cost_at(curve: pd.DataFrame, error: float) -> float:
 
 
 def costs(rows: pd.DataFrame, scene: str) -> pd.DataFrame:
-    """Return the processor time, s, of each method at each of `EQUAL`; nan where it is not known."""
+    """Return the processor time, s, of each method at each of `ERRORS`; nan where it is not known."""
     curves = {method.title: curve_of(rows, method, scene) for method in SWEEPS}
-    at_equal = {words: [cost_at(curve, error) for curve in curves.values()] for words, error in EQUAL.items()}
-    return pd.DataFrame(at_equal, list(curves)).rename_axis("method")
+    costs = {words: [cost_at(curve, error) for curve in curves.values()] for words, error in ERRORS.items()}
+    return pd.DataFrame(costs, list(curves)).rename_axis("method")
 
 
 def ratios(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return how many times the cost of another method some methods have at equal error."""
+    """Return the cost of some methods over that of others at equal error."""
     lines = []
     for (method, words, bases), scene in product(RATIOS, SCENES):
         cost = costs(rows, scene)
@@ -235,12 +235,12 @@ def cheapest(rows: pd.DataFrame) -> list[dict[str, str]]:
     """Return the cheapest method of each scene at the smallest of the equal errors that any reaches."""
     lines = []
     for scene in SCENES:
-        reached = costs(rows, scene).dropna(axis="columns", how="all")
-        if not reached.empty:
-            error, least = reached.columns[-1], reached.iloc[:, -1]
-            time = quantity(least.min(), "s")
+        table = costs(rows, scene).dropna(axis="columns", how="all")
+        if not table.empty:
+            error, seconds = table.columns[-1], table.iloc[:, -1]
+            time = quantity(seconds.min(), "s")
             lines.append(
-                {"scene": SCENES[scene], "method": str(least.idxmin()), "error": error, "time": time}
+                {"scene": SCENES[scene], "method": str(seconds.idxmin()), "error": error, "time": time}
             )
     return lines
 
@@ -248,35 +248,35 @@ def cheapest(rows: pd.DataFrame) -> list[dict[str, str]]:
 # ---- the named settings, as `comparison.accuracy` reads them
 
 
-def named_table(rows: Sequence[Row]) -> str:
+def settings_toml(rows: Sequence[Row]) -> str:
     """Return error bound and cost of the named settings as ``measured.toml``."""
     frame, lines = pd.DataFrame(rows), []
-    begun = frame["model"].map(START)
-    frame["cost"] = (frame["seconds"].astype(float) - begun).clip(lower=1e-6) / frame["cycles"]
-    for scene, of_scene in frame.groupby("scene"):
+    startup = frame["model"].map(START)
+    frame["cost"] = (frame["seconds"].astype(float) - startup).clip(lower=1e-6) / frame["cycles"]
+    for scene, scene_rows in frame.groupby("scene"):
         lines.append(f'\n["{scene}"]')
-        of_tree = of_scene[(of_scene["formulation"] == "tree") & (of_scene["accuracy"] == NAMES[-1])]
-        unsure = float(np.max(of_tree["error"].to_numpy(np.float64), initial=ROUND_OFF / SAFETY_FACTOR))
-        for formulation, of_it in of_scene.groupby("formulation", sort=False):
-            by_name = of_it.groupby("accuracy")
-            bounds = bounded([float(by_name["error"].max()[name]) for name in NAMES], unsure)
+        tree_rows = scene_rows[(scene_rows["formulation"] == "tree") & (scene_rows["accuracy"] == NAMES[-1])]
+        minimum = float(np.max(tree_rows["error"].to_numpy(np.float64), initial=ROUND_OFF / SAFETY_FACTOR))
+        for formulation, group in scene_rows.groupby("formulation", sort=False):
+            by_name = group.groupby("accuracy")
+            bounds = error_bounds([float(by_name["error"].max()[name]) for name in NAMES], minimum)
             seconds = [float(by_name["cost"].min()[name]) for name in NAMES]
             error, cost = (", ".join(f"{value:.2g}" for value in values) for values in (bounds, seconds))
             lines.append(f"{formulation} = {{ error = [{error}], seconds = [{cost}] }}")
     return "\n".join(lines).lstrip() + "\n"
 
 
-def bounded(errors: Sequence[float], unsure: float) -> list[float]:
+def error_bounds(errors: Sequence[float], minimum: float) -> list[float]:
     """Return the bounds of errors, coarsest first: with a factor of safety, none below that of a finer one.
 
     Single runs scatter by a factor of 3, at most 10; the largest of many starts has most of that in it. Of
     3500 runs of the reference from starts halfway between these, 3 were outside, by factors of 6, 6 and 33.
     """
-    bounds = [rounded_up(SAFETY_FACTOR * max(error, unsure)) for error in errors]
+    bounds = [round_up(SAFETY_FACTOR * max(error, minimum)) for error in errors]
     return [float(np.max(bounds[place:])) for place in range(len(bounds))]
 
 
-def rounded_up(value: float) -> float:
+def round_up(value: float) -> float:
     """Round up to two digits."""
     digit = floor(log10(value)) - 1
     return float(f"{ceil(value / 10.0**digit * (1 - 1e-12))}e{digit}")
@@ -286,17 +286,17 @@ def rounded_up(value: float) -> float:
 
 
 def page(results: Results) -> dict[str, object]:
-    """Return what stands in the page."""
+    """Return the variables of the template."""
     rows = pd.DataFrame(results.rows)
-    shown: Columns = dict.fromkeys(("cost of", "over that of", "scene"), str)
+    columns: Columns = dict.fromkeys(("cost of", "over that of", "scene"), str)
     return {
         "cheapest": cheapest(rows),
         "titles": SCENES,
-        "ratios": markdown(ratios(rows), shown | dict.fromkeys(EQUAL, partial(number, digits=2))),
+        "ratios": markdown(ratios(rows), columns | dict.fromkeys(ERRORS, partial(number, digits=2))),
         "machine": platform_name(),
         "truth": f"{TRUTH:.0e}",
-        "confirmed": " and ".join(quantity(apart, "m", 1) for apart in results.confirmed),
-        "failed": [row for row in results.rows if row["status"] != SUCCESS],
+        "distance": " and ".join(quantity(distance, "m", 1) for distance in results.distances),
+        "failures": [row for row in results.rows if row["status"] != SUCCESS],
     }
 
 
@@ -304,7 +304,7 @@ def draw(results: Results, folder: Path) -> None:
     """Write the tables, and draw time over error for each scene, a panel a model."""
     rows = pd.DataFrame(results.rows)
     write_csv({"settings": rows}, folder)
-    write_text(named_table(results.named), folder / "measured.toml")
+    write_text(settings_toml(results.settings), folder / "measured.toml")
     for scene in SCENES:
         _draw(rows, scene, folder / f"{scene}-seconds.svg")
 
@@ -314,7 +314,7 @@ def _draw(rows: pd.DataFrame, scene: str, path: Path) -> None:
     methods = [method for method in SWEEPS if method.name in set(rows["method"])]
     curves = {method: curve_of(rows, method, scene) for method in methods}
     best = front(pd.concat(curves.values()))
-    failed = rows[(rows["scene"] == scene) & (rows["status"] != SUCCESS)]["method"].value_counts()
+    failures = rows[(rows["scene"] == scene) & (rows["status"] != SUCCESS)]["method"].value_counts()
     lines = max(sum(method.model == model for method in methods) for model in MODELS)
     with svg.panels(path, 1, len(MODELS), height=3.3 + 0.19 * lines, sharex=True, sharey=True) as panels:
         for axes, model in zip(panels, MODELS, strict=True):
@@ -325,7 +325,7 @@ def _draw(rows: pd.DataFrame, scene: str, path: Path) -> None:
             for method in (each for each in methods if each.model == model):
                 formulation, _, integrator = method.name.partition(", ")
                 label = f"{formulation.removesuffix(' (five bodies)')}, {integrator}"
-                label += f" (-{failed[method.name]})" if method.name in failed else ""
+                label += f" (-{failures[method.name]})" if method.name in failures else ""
                 style: Row = {"color": _COLOURS[formulation], "marker": _MARKS[integrator], "ms": 4}
                 axes.plot(*curves[method].to_numpy().T, mfc="none", lw=0.9, label=label, **style)
             axes.margins(x=0.05)
@@ -338,7 +338,7 @@ STUDY = Study(
     "tradeoff",
     small=Config(settings=2, scenes=1, starts=1),
     full=Config(settings=8, scenes=99, starts=60),
-    measure=measured,
+    measure=measure_study,
     page=page,
     draw=draw,
 )

@@ -22,14 +22,14 @@ from comparison.verdict.validate import validate
 from comparison.words.verdicts import headline, mark
 
 TARGET = 1e-9  # m; of the difference of x at the tight tier, on the predictable samples
-ABOVE = "†"  # marks a larger one
+DAGGER = "†"  # marks a larger one
 RECORD = "verdicts.toml"
-"""Of each scene the hash of its numbers, to which the verdicts of the README belong, and these."""
-X = "largest difference of x"
+"""Of each scene the verdicts of the README, and the hash of the numbers that they belong to."""
+X_HEADING = "largest difference of x"
 
 
 class Results(NamedTuple):
-    """Comparisons of scenes, and on which ``"machine"`` and ``"date"`` they were made."""
+    """Comparisons of scenes, and their origin: ``"machine"`` and ``"date"``."""
 
     comparisons: Sequence[SceneComparison]
     origin: dict[str, str]
@@ -43,10 +43,10 @@ def measure(scenes: Sequence[str], n_jobs: int, on_progress: Progress | None) ->
 
 
 def page(results: Results) -> dict[str, str]:
-    """Return what stands in the page."""
+    """Return the variables of the template."""
     rows = pd.DataFrame(map(row, results.comparisons))
     texts = {"finding": headline(results.comparisons), "table": markdown(rows)}
-    return texts | results.origin | {"above": ABOVE, "target": f"{TARGET:.0e}"}
+    return texts | results.origin | {"above": DAGGER, "target": f"{TARGET:.0e}"}
 
 
 def row(scene: SceneComparison) -> dict[str, str]:
@@ -55,7 +55,7 @@ def row(scene: SceneComparison) -> dict[str, str]:
     cells = {"scene": scene.title, "standard tier": _verdict(scene), **_tier(scene, "")}
     cells |= {"tight tier": _verdict(tight), **_tier(tight, ", tight")}
     if tight and tight.channels and tight.channels["slider_x"].largest_predictable > TARGET:
-        cells[f"{X}, tight"] += f" {ABOVE}"
+        cells[f"{X_HEADING}, tight"] += f" {DAGGER}"
     return cells
 
 
@@ -68,26 +68,26 @@ def _verdict(scene: SceneComparison | None) -> str:
 def _tier(scene: SceneComparison | None, tier: str) -> dict[str, str]:
     agree = predictable = x = MISSING
     if scene is not None and scene.channels:
-        excited = [each.verdict for each in scene.channels.values() if each.verdict != "unexcited"]
-        agree = f"{excited.count('agree')} of {len(excited)}"
+        verdicts = [each.verdict for each in scene.channels.values() if each.verdict != "unexcited"]
+        agree = f"{verdicts.count('agree')} of {len(verdicts)}"
         predictable = percent(scene.coverage, scene.coverage_error)
         largest = scene.channels["slider_x"].largest_predictable
         x = MISSING if isnan(largest) else f"{largest:.1e} m"
     return {
         f"channels that agree{tier}": agree,
         f"samples predictable{tier}": predictable,
-        f"{X}{tier}": x,
+        f"{X_HEADING}{tier}": x,
     }
 
 
 def draw(results: Results, folder: Path) -> None:
     """Write the picture of the README and the verdicts to be recorded."""
-    named = {comparison.name: comparison for comparison in results.comparisons}
-    shown = named["150rpm-0.2mm"]
-    figure = channel_figure(shown, shown.channels["slider_x"], "readme")
+    comparisons = {comparison.name: comparison for comparison in results.comparisons}
+    central = comparisons["150rpm-0.2mm"]
+    figure = channel_figure(central, central.channels["slider_x"], "readme")
     write_text(standalone(figure), folder / "slider_x.svg")
     lines = ["[made]", *(f"{key} = {toml(value)}" for key, value in results.origin.items())]
-    for name, comparison in named.items():
+    for name, comparison in comparisons.items():
         lines += ["", f"[scenes.{toml(name)}]", f"hash = {toml(load_scene(name).hash)}"]
         lines += [f"{tier.tier} = {toml(tier.verdict)}" for tier in comparison.tiers]
     write_text("\n".join(lines) + "\n", folder / RECORD)

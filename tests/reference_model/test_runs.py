@@ -206,9 +206,9 @@ def test_ten_thousand_cycles_fit_into_a_gigabyte(scene):
 @pytest.mark.parametrize(
     ("draws", "judge"),
     [
-        (corner_depths.grazing_runs(60, seed=1), corner_depths.followed),
-        (corner_depths.random_runs(60, seed=1), corner_depths.followed),
-        (corner_depths.scipy_runs(4, seed=1), corner_depths.tabulated),
+        (corner_depths.grazing_runs(60, seed=1), corner_depths.check_steps),
+        (corner_depths.random_runs(60, seed=1), corner_depths.check_steps),
+        (corner_depths.scipy_runs(4, seed=1), corner_depths.check_table),
     ],
     ids=["grazing", "random", "scipy"],
 )

@@ -1,1 +1,1 @@
-"""Both models at the extremes of their parameters: what comes out of each run, and what never does."""
+"""Both models at the extremes of their parameters: results of the runs, and outcomes that none may have."""

@@ -1,6 +1,6 @@
 """Runs of a scene by both models within a limit of processor time, and the verdict on them, as a task.
 
-The key of a row hashes this module and what it imports: neither cells nor classes are here, so that a change
+The key of a row hashes this module and what it imports: cells and classes are elsewhere, so that a change
 of theirs runs nothing again.
 """
 
@@ -36,15 +36,15 @@ LIMIT = 20.0
 FURTHER = 5.0
 """Times the limit of a run, for all further runs that a verdict takes."""
 GRACE = 10.0
-"""Times all limits of a pair, in wall time, after which a process is ended that does not look at the time."""
+"""Times all limits of a pair: wall time after which a process that does not look at the time is ended."""
 CUT_OFF = "cut off"
 """Status of a run that this study ended at its limit."""
-WARM = 0.02
+WARM_UP = 0.02
 """Cycles of the run before, in which kernels are compiled: not counted."""
 
 
 class _OutOfTimeError(BaseException):
-    """Ends a run at its limit: no exception of the model's, which it might take for one of its own."""
+    """Ends a run at its limit: a model cannot take it for an exception of its own."""
 
 
 @dataclass(frozen=True)
@@ -57,29 +57,29 @@ class PairRun(Task):
 
 
 def run_pairs(tasks: Sequence[PairRun], n_jobs: int, on_progress: Progress | None) -> list[Row]:
-    """Return the rows of `run_pair`, equal tasks run once; what ran before is not run again.
+    """Return the rows of `run_pair`, equal tasks run once; stored rows are not run again.
 
     Where a process died (`CRASHED`) or was ended (`LATE`) that is the status of both models.
     """
-    most = max((task.limit for task in tasks), default=LIMIT)
-    wall = GRACE * (len(MODELS) + FURTHER) * most
+    limit = max((task.limit for task in tasks), default=LIMIT)
+    wall = GRACE * (len(MODELS) + FURTHER) * limit
     rows = measure_all(run_pair, tasks, on_processes(n_jobs, wall), on_progress)
-    return [row if row["status"] == SUCCESS else row | both(row["status"], row["message"]) for row in rows]
+    return [row if row["status"] == SUCCESS else row | no_run(row["status"], row["message"]) for row in rows]
 
 
-def both(status: str, message: str) -> Row:
+def no_run(status: str, message: str) -> Row:
     """Return the row of a scene that neither model ran."""
-    ended = {"status": CUT_OFF if status == LATE else status, "message": message}
-    return {**dict.fromkeys(MODELS, ended), "verdict": "", "reason": "", "coverage": None, "apart_m": None}
+    side = {"status": CUT_OFF if status == LATE else status, "message": message}
+    return {**dict.fromkeys(MODELS, side), "verdict": "", "reason": "", "coverage": None, "apart_m": None}
 
 
 def run_pair(task: PairRun, progress: Progress) -> Row:
     """Run a scene by both models and compare, as ``sixbar validate --quick`` does without refinement.
 
-    The row has, by model, ``status``; ``message``: what to try, or the warnings of a run that succeeded;
+    The row has, by model, ``status``; ``message``: advice, or the warnings of a run that succeeded;
     ``steps``; ``contacts``; ``steps_per_contact`` and ``constraint_m``, the largest violation of a
     constraint, None where there are none. Where both succeeded: ``verdict``, its ``reason``: the channels
-    that have it, or which run has no result; its ``coverage``, and ``apart_m``, the largest distance in
+    that have it, or the run without a result; its ``coverage``, and ``apart_m``, the largest distance in
     slider_x while predictable, m.
     """
     solver = task.scene.data["solver"]
@@ -87,9 +87,9 @@ def run_pair(task: PairRun, progress: Progress) -> Row:
         _compile(model, solver[model]["formulation"], solver[model]["method"])
     progress(0.0)
     bases = {model: _run(task.scene, model, time.process_time() + task.limit) for model in MODELS}
-    row = both("", "") | {model: _measured(outcome) for model, outcome in bases.items()}
+    row = no_run("", "") | {model: _record(outcome) for model, outcome in bases.items()}
     if all(outcome.table is not None for outcome in bases.values()):
-        row |= _judged(task.scene, bases, time.process_time() + FURTHER * task.limit)
+        row |= _verdict(task.scene, bases, time.process_time() + FURTHER * task.limit)
     return row
 
 
@@ -97,7 +97,7 @@ def run_pair(task: PairRun, progress: Progress) -> Row:
 def _compile(model: str, formulation: str, method: str) -> None:
     """Run a little of an ordinary scene, once a process for each formulation and integrator."""
     solver = {f"solver.{model}.formulation": formulation, f"solver.{model}.method": method}
-    run_one(load_scene(BASE, solver | {"drive.cycles": WARM}), model)
+    run_one(load_scene(BASE, solver | {"drive.cycles": WARM_UP}), model)
 
 
 def _run(scene: Scene, model: str, end: float) -> Outcome:
@@ -109,16 +109,16 @@ def _run(scene: Scene, model: str, end: float) -> Outcome:
 
     try:
         return run_here(scene, model, in_time)
-    except _OutOfTimeError as late:
-        return Outcome(CUT_OFF, f"{100 * late.args[0]:.3g} % of its time was run")
+    except _OutOfTimeError as error:
+        return Outcome(CUT_OFF, f"{100 * error.args[0]:.3g} % of its time was run")
 
 
-def _measured(outcome: Outcome) -> dict[str, Any]:
-    """Return what is kept of a run, also of one that ended early."""
+def _record(outcome: Outcome) -> dict[str, Any]:
+    """Return the record of a run, also of one that ended early."""
     table, message = outcome.table, outcome.message
     if table is not None:
         message = "; ".join(quality_warnings(table))
-    numbers = {} if (ran := table or outcome.partial) is None else _numbers(ran)
+    numbers = {} if (part := table or outcome.partial) is None else _numbers(part)
     return {"status": outcome.status, "message": message, **numbers}
 
 
@@ -135,7 +135,7 @@ def _number(value: float) -> float | None:
     return None if isnan(value) else value
 
 
-def _judged(scene: Scene, bases: dict[str, Outcome], end: float) -> Row:
+def _verdict(scene: Scene, bases: dict[str, Outcome], end: float) -> Row:
     """Return the verdict on two runs, with the further ones of either model until a processor time, s."""
     outcomes = {
         (model, kind): bases[model] if kind == "base" else _run(level, model, end)

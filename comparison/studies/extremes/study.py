@@ -24,7 +24,7 @@ from comparison.formatting import decade
 from comparison.models import MODELS
 from comparison.report import svg
 from comparison.scene import Scene, SceneError, load_scene
-from comparison.studies.extremes.runs import BASE, CUT_OFF, LIMIT, PairRun, both, run_pairs, verdict_of
+from comparison.studies.extremes.runs import BASE, CUT_OFF, LIMIT, PairRun, no_run, run_pairs, verdict_of
 from comparison.studies.shared.scenes import FULL, MINIMAL, MULTIPLIERS, TREE
 from comparison.studies.shared.study import Study, markdown, part, write_csv
 from comparison.verdict.validate import validate
@@ -36,7 +36,7 @@ PAIRS: dict[str, dict[str, object]] = {
 """Pair of formulations -> keys that select it; settings are those of the scene (accuracy ``standard``)."""
 LAWS = ("hertz-corners", "foundation", "paper-switching", "adams-impact")
 """Contact laws; the first three are run along the axes that name none of their own."""
-USUAL, FOUNDATION, LITERAL, IMPACT = LAWS
+HERTZ, FOUNDATION, SWITCHING, IMPACT = LAWS
 DAMPING_MODELS = ("lankarani-nikravesh", "hunt-crossley", "flores", "gonthier")
 SEED = 1
 """Of the Latin hypercube."""
@@ -68,16 +68,16 @@ class Cell:
     @cached_property
     def scene(self) -> Scene:
         """The scene, without formulations; raises `SceneError` where the values of a scene exclude it."""
-        usual: dict[str, object] = {"drive.cycles": CYCLES, "contact.law": self.law}
-        sampled = {"output.groups": [], "output.samples_per_cycle": SAMPLES}
-        return load_scene(BASE, usual | sampled | dict(self.changes))
+        settings: dict[str, object] = {"drive.cycles": CYCLES, "contact.law": self.law}
+        sampling = {"output.groups": [], "output.samples_per_cycle": SAMPLES}
+        return load_scene(BASE, settings | sampling | dict(self.changes))
 
     @property
     def limit(self) -> float:
         """Processor time that a run may take, s."""
         if self.axis == CYCLES_AXIS:
             return LONG_LIMIT
-        short = self.law == LITERAL or (self.axis == HYPERCUBE and self.law != USUAL)
+        short = self.law == SWITCHING or (self.axis == HYPERCUBE and self.law != HERTZ)
         return SHORT_LIMIT if short else LIMIT
 
 
@@ -90,16 +90,16 @@ def cells(axes: Sequence[str], points: int) -> list[Cell]:
     for law in LAWS:
         for axis in axes:
             parts = [part for part in _PARTS if part["axis"] == axis]
-            named, literal = parts[0].get("law"), parts[0].get("literal", False)
-            along = [cell for part in parts for cell in _along(part, law)]
-            if law == (named or USUAL):
-                grid += along
-            elif named is None and (law == FOUNDATION or (law == LITERAL and literal)):
-                grid += dict.fromkeys((along[0], along[-1]))
+            law_name, literal = parts[0].get("law"), parts[0].get("literal", False)
+            series = [cell for part in parts for cell in _cells_along(part, law)]
+            if law == (law_name or HERTZ):
+                grid += series
+            elif law_name is None and (law == FOUNDATION or (law == SWITCHING and literal)):
+                grid += dict.fromkeys((series[0], series[-1]))
     return grid + hypercube(points, SEED)
 
 
-def _along(part: Mapping[str, Any], law: str) -> list[Cell]:
+def _cells_along(part: Mapping[str, Any], law: str) -> list[Cell]:
     pairs = (part["pair"],) if "pair" in part else tuple(PAIRS)
     keys, cells = part["keys"] if "keys" in part else {part["key"]: 1.0}, []
     for value in part["values"]:
@@ -129,8 +129,8 @@ def hypercube(count: int, seed: int) -> list[Cell]:
         values["initial.slider_angle"] = angle * clearance / 0.035
         if number % 5 != 2:
             del values["load.force"]
-        law = {9: LITERAL, 4: IMPACT}.get(number % 10, LAWS[number % 2])
-        if law in (USUAL, FOUNDATION):
+        law = {9: SWITCHING, 4: IMPACT}.get(number % 10, LAWS[number % 2])
+        if law in (HERTZ, FOUNDATION):
             values["contact.damping_model"] = DAMPING_MODELS[number // 2 % len(DAMPING_MODELS)]
         cells.append(Cell(HYPERCUBE, f"{number + 1}", law, values))
     return cells
@@ -200,19 +200,19 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> pd.Dat
         try:
             tasks[number] = PairRun(cell.scene.with_values(PAIRS[pair]), cell.limit)
         except SceneError as error:
-            rows[number] = both("bad input", str(error))
+            rows[number] = no_run("bad input", str(error))
     for limit in sorted({task.limit for task in tasks.values()}):  # a process that hangs is ended by it
-        some = {number: task for number, task in tasks.items() if task.limit == limit}
-        done = len(rows), len(rows) + len(some)
-        share = part(on_progress, *(count / len(runs) for count in done))
-        rows |= zip(some, run_pairs(list(some.values()), n_jobs, share), strict=True)
+        group = {number: task for number, task in tasks.items() if task.limit == limit}
+        ends = len(rows), len(rows) + len(group)
+        share = part(on_progress, *(count / len(runs) for count in ends))
+        rows |= zip(group, run_pairs(list(group.values()), n_jobs, share), strict=True)
     for number in [number for number in tasks if classify(rows[number]) is Class.DIFFER]:
-        rows[number] |= _refined(tasks[number].scene, n_jobs)
+        rows[number] |= _refined_verdicts(tasks[number].scene, n_jobs)
     table = [_columns(cell, pair, rows[number]) for number, (cell, pair) in enumerate(runs)]
     return pd.DataFrame(table, columns=list(COLUMNS))
 
 
-def _refined(scene: Scene, n_jobs: int) -> Row:
+def _refined_verdicts(scene: Scene, n_jobs: int) -> Row:
     """Return the verdicts of `validate` on models that differ without refinement; empty where runs fail."""
     (validation,) = validate(scene, n_jobs=n_jobs)
     result = validation.comparison
@@ -241,8 +241,8 @@ def _columns(cell: Cell, pair: str, row: Row) -> dict[str, Any]:
 def classify(row: Row) -> Class:
     """Return the class of a row of `runs.run_pairs`: the worst of both runs, or the verdict on them."""
     statuses = [row[model]["status"] for model in MODELS]
-    named = {CRASHED: Class.CRASHED, "unusable": Class.NONSENSE, "bad input": Class.REFUSED}
-    for status, worst in named.items():
+    classes = {CRASHED: Class.CRASHED, "unusable": Class.NONSENSE, "bad input": Class.REFUSED}
+    for status, worst in classes.items():
         if status in statuses:
             return worst
     first, second = (status not in (SUCCESS, CUT_OFF) for status in statuses)
@@ -255,30 +255,30 @@ def classify(row: Row) -> Class:
 
 def page(runs: pd.DataFrame) -> Mapping[str, object]:
     """Return the values of the template."""
-    columns, stops = ["axis", "value", "law"], []
+    columns, frames = ["axis", "value", "law"], []
     for (pair, model), name in FORMULATIONS.items():
-        own = runs[runs["pair"] == pair].rename(columns={f"{model}_status": "status"})
-        ended = own[~own["status"].isin([SUCCESS, CUT_OFF, "bad input"])]
-        stops.append(ended[[*columns, "status"]].assign(formulation=name))
-    stopped = pd.concat(stops)
-    alone = stopped[(stopped["law"] == USUAL) & (stopped["axis"] != HYPERCUBE)]
-    there = [kind for kind in Class if kind in set(runs["class"])]
+        rows = runs[runs["pair"] == pair].rename(columns={f"{model}_status": "status"})
+        failures = rows[~rows["status"].isin([SUCCESS, CUT_OFF, "bad input"])]
+        frames.append(failures[[*columns, "status"]].assign(formulation=name))
+    stops = pd.concat(frames)
+    axis_stops = stops[(stops["law"] == HERTZ) & (stops["axis"] != HYPERCUBE)]
+    classes = [kind for kind in Class if kind in set(runs["class"])]
     return {
         "runs": runs,
         "count": {kind: int((runs["class"] == kind).sum()) for kind in Class},
         "numerical": int(((runs["class"] == Class.DIFFER) & (runs["tight"] == "agree")).sum()),
-        "law": USUAL,
+        "law": HERTZ,
         "stopped": "; ".join(
-            f"{name} ({where(alone[alone['formulation'] == name]) or 'nowhere'})"
+            f"{name} ({where(axis_stops[axis_stops['formulation'] == name]) or 'nowhere'})"
             for name in FORMULATIONS.values()
         ),
         "points": runs.loc[runs["axis"] == HYPERCUBE, "value"].nunique(),
         "limits": [f"{limit:g}" for limit in (LIMIT, SHORT_LIMIT, LONG_LIMIT)],
-        "classes": counted(runs, ["pair", "law"], "class", there),
-        "stops": counted(stopped, ["formulation"], "status") if len(stopped) else "None did.",
+        "classes": count_table(runs, ["pair", "law"], "class", classes),
+        "stops": count_table(stops, ["formulation"], "status") if len(stops) else "None did.",
         "differ": "; ".join(
-            f"{pair}, {law}: {where(mine)} (at the tight tier: {', '.join(dict.fromkeys(mine['tight']))})"
-            for (pair, law), mine in runs[runs["class"] == Class.DIFFER].groupby(["pair", "law"])
+            f"{pair}, {law}: {where(group)} (at the tight tier: {', '.join(dict.fromkeys(group['tight']))})"
+            for (pair, law), group in runs[runs["class"] == Class.DIFFER].groupby(["pair", "law"])
         ),
     }
 
@@ -289,8 +289,8 @@ def where(runs: pd.DataFrame) -> str:
     return "; ".join(f"{axis} {', '.join(values)}" for axis, values in groups)
 
 
-def counted(runs: pd.DataFrame, by: list[str], over: str, columns: Sequence[str] = ()) -> str:
-    """Return a table of how many rows have each value of a column, in an order, and of how many there are."""
+def count_table(runs: pd.DataFrame, by: list[str], over: str, columns: Sequence[str] = ()) -> str:
+    """Return a table of the counts of rows by the values of a column, in an order, and of all rows."""
     total = pd.crosstab([runs[name] for name in by], runs[over])
     rows = list(dict.fromkeys(zip(*(runs[name] for name in by), strict=True)))
     total = total.loc[rows if len(by) > 1 else [row for (row,) in rows]]
@@ -311,32 +311,32 @@ def draw(runs: pd.DataFrame, folder: Path) -> None:
 
 def _draw_axes(runs: pd.DataFrame, path: Path) -> None:
     """Draw the classes along each parameter that is a number, a strip a pair of formulations."""
-    shown = runs[(runs["law"] == USUAL) & (runs["axis"] != HYPERCUBE)]
-    shown = shown.assign(at=pd.to_numeric(shown["value"], errors="coerce")).dropna(subset="at")
-    groups = shown.groupby("axis", sort=False)
+    points = runs[(runs["law"] == HERTZ) & (runs["axis"] != HYPERCUBE)]
+    points = points.assign(at=pd.to_numeric(points["value"], errors="coerce")).dropna(subset="at")
+    groups = points.groupby("axis", sort=False)
     rows = -(-len(groups) // 2)
     with svg.panels(path, rows, 2, height=0.75 + 0.65 * rows, sharey=True) as panels:
         for axes in panels[len(groups) :]:
             axes.set_visible(False)
-        for axes, (axis, mine) in zip(panels, groups, strict=False):
-            values = sorted(set(mine["at"]))
-            for run in mine.to_dict("records"):
+        for axes, (axis, group) in zip(panels, groups, strict=False):
+            values = sorted(set(group["at"]))
+            for run in group.to_dict("records"):
                 x, y = values.index(run["at"]), list(_STRIPS).index(run["pair"])
                 axes.barh(y, 0.94, 0.88, x - 0.47, color=_COLOURS[run["class"]], alpha=0.75)
-            axes.set_xticks(range(len(values)), map(_short, values), size=6)
+            axes.set_xticks(range(len(values)), map(_short_number, values), size=6)
             axes.set_yticks(range(len(_STRIPS)), list(_STRIPS.values()), size=7)
             axes.set_title(f"{axis} ({UNITS.get(str(axis), '1')})", size=8, loc="left", pad=3)
             axes.set(xlim=(-0.5, 7.5), ylim=(1.5, -0.5))
             axes.tick_params(length=0)
             axes.spines[:].set_visible(False)
             axes.grid(visible=False)
-        for kind in [kind for kind in Class if kind in set(shown["class"])]:
+        for kind in [kind for kind in Class if kind in set(points["class"])]:
             panels[0].scatter([], [], marker="s", s=50, color=_COLOURS[kind], alpha=0.75, label=str(kind))
         svg.legend_above(panels[0], 4)
 
 
-def _short(value: float) -> str:
-    """Return a value as short as it can be: a power of ten where it is one outside 0.1 to 1000."""
+def _short_number(value: float) -> str:
+    """Return a value in few characters: as a power of ten where it is one outside 0.1 to 1000."""
     tenth = log10(value) if value > 0 else 0.5
     if tenth == round(tenth) and not -1 <= tenth <= 3:
         return decade(value)
@@ -354,10 +354,10 @@ def _draw_hypercube(runs: pd.DataFrame, path: Path) -> None:
     }
     with svg.panels(path, 1, 2, height=3.0, sharey=True) as panels:
         for axes, (pair, title) in zip(panels, _STRIPS.items(), strict=True):
-            mine = points[points["pair"] == pair]
+            panel_points = points[points["pair"] == pair]
             for kind, look in looks.items():
-                own = mine[mine["class"] == kind]
-                axes.plot(own["speed_rpm"], own["modulus_Pa"], label=str(kind), **look)
+                group = panel_points[panel_points["class"] == kind]
+                axes.plot(group["speed_rpm"], group["modulus_Pa"], label=str(kind), **look)
             axes.set(xscale="log", yscale="log", xlabel="speed (rpm)")
             axes.margins(0.05)
             axes.set_title(title, size=8, loc="left")

@@ -62,10 +62,10 @@ class Extent(NamedTuple):
 
 
 class Results(NamedTuple):
-    """A row for each judgement, and why others have none."""
+    """A row for each judgement, and the reasons of cases without."""
 
     rows: pd.DataFrame
-    failed: list[str]
+    failures: list[str]
 
 
 def measure(extent: Extent, n_jobs: int, on_progress: Progress | None) -> Results:
@@ -78,14 +78,14 @@ def measure(extent: Extent, n_jobs: int, on_progress: Progress | None) -> Result
         for pair in system.solvers
         for start in range(extent.starts)
     ]
-    measured = measure_all(measure_case, cases, on_processes(n_jobs), on_progress)
-    rows = [row for each in measured if each["status"] == SUCCESS for row in each["rows"]]
-    failed = [
+    results = measure_all(measure_case, cases, on_processes(n_jobs), on_progress)
+    rows = [row for each in results if each["status"] == SUCCESS for row in each["rows"]]
+    failures = [
         f"{case.system}, {case.pair}, start {case.start}: {row['message']}"
-        for case, row in zip(cases, measured, strict=True)
+        for case, row in zip(cases, results, strict=True)
         if row["status"] != SUCCESS
     ]
-    return Results(pd.DataFrame(rows), failed)
+    return Results(pd.DataFrame(rows), failures)
 
 
 def measure_case(case: Case, progress: Progress) -> Row:
@@ -95,12 +95,12 @@ def measure_case(case: Case, progress: Progress) -> Row:
     rng = np.random.default_rng([crc32(system.name.encode()), case.start])
     start = (np.array(system.start) * (1 + SPREAD * rng.uniform(-1, 1, len(system.start)))).tolist()
     truth, labels = Truth(system), {"system": system.name, "pair": pair_name(case.pair), "start": case.start}
-    comparison = judged(system, case.pair, start, {})
-    row = labels | {"fault": 0.0} | outcome(comparison) | against(comparison, truth.states(start), system)
+    comparison = compare(system, case.pair, start, {})
+    row = labels | {"fault": 0.0} | outcome(comparison) | errors(comparison, truth.states(start), system)
     rows = [row | {"exponent": truth.exponent(start)}]
     if case.start < FAULTS and (fault := fault_of(system, case.pair, start, comparison)):
         rows.append(
-            labels | {"fault": fault} | outcome(judged(system, case.pair, start, changed(system, fault)))
+            labels | {"fault": fault} | outcome(compare(system, case.pair, start, defect(system, fault)))
         )
     return {"rows": rows}
 
@@ -111,20 +111,20 @@ def pair_name(pair: tuple[str, float, str, float]) -> str:
     return f"{first} {one:g}, {second} {other:g}"
 
 
-def changed(system: System, fault: float) -> dict[str, float]:
+def defect(system: System, fault: float) -> dict[str, float]:
     """Return the parameter that a fault changes by a share of itself."""
     name, value = next(iter(system.parameters.items()))
     return {name: value * (1 + fault)}
 
 
-def judged(
-    system: System, pair: tuple[str, float, str, float], start: Sequence[float], wrong: dict[str, float]
+def compare(
+    system: System, pair: tuple[str, float, str, float], start: Sequence[float], overrides: dict[str, float]
 ) -> SceneComparison:
     """Judge a pair, the second with parameters of its own."""
     first, one, second, other = pair
     return judge(
         system.side(first, start, system.parameters),
-        system.side(second, start, system.parameters | wrong),
+        system.side(second, start, system.parameters | overrides),
         tolerance=(None if first == STEP else one, None if second == STEP else other),
         step=(one if first == STEP else None, other if second == STEP else None),
         states=len(system.start),
@@ -133,34 +133,34 @@ def judged(
 
 
 def outcome(comparison: SceneComparison) -> Row:
-    """Return verdict, `until` (s), and whether a tube of fixed width passes."""
+    """Return verdict, `until` (s), and the verdict of a tube of fixed width."""
     sides = comparison.channels.values()
     within = all(float(np.abs(c.difference).max()) <= TUBE * float(np.ptp(c.a)) for c in sides)
     return {"verdict": comparison.verdict, "until": comparison.until, "tube": within}
 
 
-def against(comparison: SceneComparison, true: Array, system: System) -> Row:
-    """Return when a run parts from the truth by more than is judged (s), and how u fared.
+def errors(comparison: SceneComparison, truth: Array, system: System) -> Row:
+    """Return the time (s) at which a run parts from the truth by more than is judged, and numbers on u.
 
-    That is until when the error, the largest within the window of u(t), is small, by the rule of `until`.
+    Up to it the error, the largest within the window of u(t), is small, by the rule of `until`.
     ``outside``: share of the predictable samples at which an error is above 1.41 u; ``width``: median of u
     over error.
     """
     alpha = thresholds("standard").alpha
-    parted, outside, widths = system.end, list[float](), list[float]()
+    parting, outside, widths = system.end, list[float](), list[float]()
     reach = max(1, ceil(comparison.window / system.times[1]))
     for column, channel in enumerate(comparison.channels.values()):
-        exact = true[:, column]
-        allowed = alpha * (so_far(exact, FIRST) + so_far(-exact, FIRST))
+        exact = truth[:, column]
+        bound = alpha * (so_far(exact, FIRST) + so_far(-exact, FIRST))
         for values, u in ((channel.a, channel.u_a), (channel.b, channel.u_b)):
             error = np.abs(values - exact)
-            around = maximum_filter1d(error, 2 * reach + 1, mode="nearest") <= allowed
-            parted = min(parted, until(channel.time, around, comparison.window)[0])
-            if u is not None and (kept := u <= alpha * channel.scale).any():
-                outside.append(float(np.mean(error[kept] > 2**0.5 * u[kept])))
-                widths.append(float(np.median(u[kept] / np.maximum(error[kept], 1e-6 * u[kept]))))
+            near = maximum_filter1d(error, 2 * reach + 1, mode="nearest") <= bound
+            parting = min(parting, until(channel.time, near, comparison.window)[0])
+            if u is not None and (mask := u <= alpha * channel.scale).any():
+                outside.append(float(np.mean(error[mask] > 2**0.5 * u[mask])))
+                widths.append(float(np.median(u[mask] / np.maximum(error[mask], 1e-6 * u[mask]))))
     window = comparison.window
-    return {"parted": parted, "window": window, "outside": max(outside, default=0.0), "end": system.end} | {
+    return {"parted": parting, "window": window, "outside": max(outside, default=0.0), "end": system.end} | {
         "width": float(np.median(widths)) if widths else None
     }
 
@@ -173,21 +173,21 @@ def fault_of(
     |E| / u is that on 1 % of the samples, all of them before half of `until`, in the channel where it is
     largest. The effect of a trial is scaled, until that of the change itself is within a factor of 2.
     """
-    fault, early = _TRIAL, comparison.time <= comparison.until / 2
-    least = max(1, round(0.01 * early.size))
-    base, moved = (_values(system, pair, start, change) for change in (0.0, fault))
+    fault, half = _TRIAL, comparison.time <= comparison.until / 2
+    count = max(1, round(0.01 * half.size))
+    base, variant = (_values(system, pair, start, change) for change in (0.0, fault))
     for _ in range(6):
         ratios = [0.0]
         for column, channel in enumerate(comparison.channels.values()):
             assert channel.u is not None
-            effect = np.sort(np.abs(moved - base)[early, column] / channel.u[early])
-            ratios += effect[-least:][:1].tolist() if effect.size >= least else []
+            effect = np.sort(np.abs(variant - base)[half, column] / channel.u[half])
+            ratios += effect[-count:][:1].tolist() if effect.size >= count else []
         if SIZE / 2 <= max(ratios) <= 2 * SIZE:
             return fault
         if not 0.0 < max(ratios) < inf:
             return 0.0
         fault *= SIZE / max(ratios)
-        moved = _values(system, pair, start, fault)
+        variant = _values(system, pair, start, fault)
     return 0.0
 
 
@@ -195,24 +195,24 @@ def _values(
     system: System, pair: tuple[str, float, str, float], start: Sequence[float], fault: float
 ) -> Array:
     """Return the samples of the second solver with a fault, shape (samples, states)."""
-    run = system.side(pair[2], start, system.parameters | changed(system, fault))
+    run = system.side(pair[2], start, system.parameters | defect(system, fault))
     return run(pair[3], np.zeros(len(start))).drop(columns="time").to_numpy()
 
 
 # ---- page and figure
 
 
-def lines(rows: pd.DataFrame) -> Iterator[dict[str, str]]:
+def system_lines(rows: pd.DataFrame) -> Iterator[dict[str, str]]:
     """Yield the line of each system."""
-    for system, own in rows.groupby("system", sort=False):
-        clean, faults = own[own["fault"] == 0.0], own[own["fault"] != 0.0]
+    for system, group in rows.groupby("system", sort=False):
+        clean, faults = group[group["fault"] == 0.0], group[group["fault"] != 0.0]
         yield {
             "system": str(system),
             "pairs and starts": str(len(clean)),
             "differ": str(int((clean["verdict"] == "differ").sum())),
             "until, of its end": share((clean["until"] / clean["end"]).median()),
             "right until, of its end": share((clean["parted"] / clean["end"]).median()),
-            "too late": str(int(late(clean).sum())),
+            "too late": str(int(until_is_late(clean).sum())),
             "error above 1.41 u": share(clean["outside"].mean()),
             "u over error": number(clean["width"].median(), 2),
             "faults": str(len(faults)),
@@ -221,39 +221,39 @@ def lines(rows: pd.DataFrame) -> Iterator[dict[str, str]]:
         }
 
 
-def late(rows: pd.DataFrame) -> "pd.Series[bool]":
-    """Return which rows have an `until` after a run and the truth part, by more than a window."""
+def until_is_late(rows: pd.DataFrame) -> "pd.Series[bool]":
+    """Return a mask of the rows whose `until` is more than a window after a run and the truth part."""
     return rows["until"] > rows["parted"] + rows["window"]
 
 
 def lead(rows: pd.DataFrame) -> "pd.Series[float]":
-    """Return by how much an error grows between `until` and the time at which it is too large, as its ln."""
+    """Return the logarithm of an error's growth from `until` to the time at which it is too large."""
     return (rows["parted"] - rows["until"]) * rows["exponent"]
 
 
 def page(results: Results) -> dict[str, object]:
-    """Return what stands in the page."""
+    """Return the variables of the template."""
     rows = results.rows
     clean, faults = rows[rows["fault"] == 0.0], rows[rows["fault"] != 0.0]
-    decided = clean[clean["verdict"].isin(["agree", "differ"])]
-    differ, detected = int((decided["verdict"] == "differ").sum()), int((faults["verdict"] == "differ").sum())
+    decisions = clean[clean["verdict"].isin(["agree", "differ"])]
+    differ, hits = int((decisions["verdict"] == "differ").sum()), int((faults["verdict"] == "differ").sum())
     return {
         "systems": rows["system"].nunique(),
         "comparisons": len(clean),
-        "decided": len(decided),
+        "decided": len(decisions),
         "differ": differ,
-        "limit": share(upper_limit(differ, len(decided))),
+        "limit": share(upper_limit(differ, len(decisions))),
         "faults": len(faults),
-        "detected": detected,
-        "detected_share": share(detected / max(len(faults), 1)),
-        "late": int(late(clean).sum()),
+        "detected": hits,
+        "detected_share": share(hits / max(len(faults), 1)),
+        "late": int(until_is_late(clean).sum()),
         "early": share(float((lead(clean) > log(100)).mean())),
         "tube": int(clean["tube"].sum()),
         "tube_faults": int(faults["tube"].sum()),
-        "table": markdown(pd.DataFrame(lines(rows))),
-        "missed": faults[faults["verdict"] != "differ"].to_dict("records"),
-        "wrong": decided[decided["verdict"] == "differ"].to_dict("records"),
-        "failed": results.failed,
+        "table": markdown(pd.DataFrame(system_lines(rows))),
+        "misses": faults[faults["verdict"] != "differ"].to_dict("records"),
+        "wrong": decisions[decisions["verdict"] == "differ"].to_dict("records"),
+        "failures": results.failures,
         "machine": machine_and_versions(),
     }
 
@@ -263,11 +263,11 @@ def draw(results: Results, folder: Path) -> None:
     write_csv({"foreign": results.rows}, folder, "%.4g")
     clean = results.rows[results.rows["fault"] == 0.0]
     with svg.panels(folder / "until.svg", height=5.0) as (axes,):
-        for n, (system, own) in enumerate(clean.groupby("system", sort=False)):
+        for n, (system, group) in enumerate(clean.groupby("system", sort=False)):
             mark = "osv^D"[n // len(svg.SERIES)]
             axes.plot(
-                own["parted"] / own["end"],
-                own["until"] / own["end"],
+                group["parted"] / group["end"],
+                group["until"] / group["end"],
                 mark,
                 ms=4,
                 color=svg.SERIES[n % len(svg.SERIES)],

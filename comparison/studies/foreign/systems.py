@@ -50,7 +50,7 @@ class System:
     """Of m, time, states, parameters and regime."""
     solvers: tuple[tuple[str, float, str, float], ...] = NONSTIFF
     event: Event | None = None
-    largest_step: float = math.inf  # of the adaptive solvers, s: they step over what is shorter
+    largest_step: float = math.inf  # of the adaptive solvers, s: they step over shorter pulses
 
     @property
     def names(self) -> list[str]:
@@ -81,18 +81,18 @@ class System:
         return int(changes and self.event is not None and self.event.surface(0.0, states, parameters) > 0)
 
 
-def _scipy(system: System, method: Any, tolerance: float, states: list[float], own: Parameters) -> Array:
+def _scipy(system: System, method: Any, tolerance: float, states: list[float], p: Parameters) -> Array:
     """Return the states at the samples by scipy, each event located."""
-    event, t, regime = system.event, 0.0, system.regime(states, own)
+    event, t, regime = system.event, 0.0, system.regime(states, p)
     samples = np.empty((SAMPLES, len(states)))
     while True:
         part: Any = solve_ivp(
-            lambda t, y, regime: system.rates(math, t, y.tolist(), own, regime),
+            lambda t, y, regime: system.rates(math, t, y.tolist(), p, regime),
             (t, system.end),
             states,
             method,
             dense_output=True,
-            events=None if event is None else _terminal(event, own, regime),
+            events=None if event is None else _terminal(event, p, regime),
             args=(regime,),
             rtol=tolerance,
             atol=tolerance,
@@ -100,48 +100,48 @@ def _scipy(system: System, method: Any, tolerance: float, states: list[float], o
         )
         if not part.success:
             raise ArithmeticError(part.message)
-        here = (system.times >= t) & (system.times <= part.t[-1])
-        samples[here] = part.sol(system.times[here]).T
+        mask = (system.times >= t) & (system.times <= part.t[-1])
+        samples[mask] = part.sol(system.times[mask]).T
         if part.status == 0 or event is None:
             return samples
         t, states = float(part.t[-1]), part.y[:, -1].tolist()
-        states, regime = (states, 1 - regime) if event.jump is None else (event.jump(states, own), regime)
+        states, regime = (states, 1 - regime) if event.jump is None else (event.jump(states, p), regime)
 
 
-def _terminal(event: Event, own: Parameters, regime: int) -> Any:
+def _terminal(event: Event, p: Parameters, regime: int) -> Any:
     def surface(t: float, y: Array, _: int) -> float:
-        return float(event.surface(t, y, own))
+        return float(event.surface(t, y, p))
 
     rising = event.jump is None and not regime
     surface.terminal, surface.direction = True, 1 if rising else -1  # type: ignore[attr-defined]
     return surface
 
 
-def _steps(system: System, _: str, step: float, states: list[float], own: Parameters) -> Array:
+def _steps(system: System, _: str, step: float, states: list[float], p: Parameters) -> Array:
     """Return the states at the samples by fixed steps; a sample within one by a shorter step of its own."""
-    event, regime, samples, times = system.event, system.regime(states, own), [states], system.times.tolist()
+    event, regime, samples, times = system.event, system.regime(states, p), [states], system.times.tolist()
     for n in range(math.ceil(system.end / step)):
         t = n * step
         while len(samples) < SAMPLES and times[len(samples)] <= t + step:
-            samples.append(_step(system, t, states, times[len(samples)] - t, own, regime))
-        after = _step(system, t, states, step, own, regime)
+            samples.append(_step(system, t, states, times[len(samples)] - t, p, regime))
+        after = _step(system, t, states, step, p, regime)
         if event is not None:
-            old, new = (event.surface(at, y, own) for at, y in ((t, states), (t + step, after)))
+            old, new = (event.surface(at, y, p) for at, y in ((t, states), (t + step, after)))
             if event.jump is None:
                 regime = int(new > 0)
             elif new < 0 <= old or (new < 0 and new < old):
-                after = event.jump(after, own)
+                after = event.jump(after, p)
         states = after
     return np.array(samples)
 
 
-def _step(system: System, t: float, y: list[float], h: float, own: Parameters, regime: int) -> list[float]:
+def _step(system: System, t: float, y: list[float], h: float, p: Parameters, regime: int) -> list[float]:
     def rates(part: float, slope: list[float]) -> list[float]:
         return system.rates(
-            math, t + part * h, [a + part * h * b for a, b in zip(y, slope, strict=True)], own, regime
+            math, t + part * h, [a + part * h * b for a, b in zip(y, slope, strict=True)], p, regime
         )
 
-    first = system.rates(math, t, y, own, regime)
+    first = system.rates(math, t, y, p, regime)
     second = rates(0.5, first)
     third = rates(0.5, second)
     slopes = zip(y, first, second, third, rates(1.0, third), strict=True)
@@ -178,9 +178,9 @@ def _gravity(m: Any, t: Any, y: Sequence[Any], p: Parameters, r: Any) -> list[An
     for i, j in combinations(range(n), 2):
         dx, dz = x[j] - x[i], z[j] - z[i]
         cube = m.sqrt(dx * dx + dz * dz) * (dx * dx + dz * dz)
-        for own, other, sign in ((i, j, 1), (j, i, -1)):
-            rates[2 * n + own] = rates[2 * n + own] + sign * masses[other] * dx / cube
-            rates[3 * n + own] = rates[3 * n + own] + sign * masses[other] * dz / cube
+        for body, partner, sign in ((i, j, 1), (j, i, -1)):
+            rates[2 * n + body] = rates[2 * n + body] + sign * masses[partner] * dx / cube
+            rates[3 * n + body] = rates[3 * n + body] + sign * masses[partner] * dz / cube
     return rates
 
 

@@ -1,4 +1,4 @@
-"""The paper: every printed number and statement against both models, and what the paper leaves out.
+"""The paper: every printed number and statement against both models, and the values that it leaves out.
 
 The main part judges numbers and statements; each other part answers one question that they raise, and has a
 page of its own.

@@ -1,6 +1,6 @@
 """The statements of the paper's text, each decided by both models where it can be.
 
-What is measured is here; which value decides, and why, stands in ``claims.toml``.
+The values are measured here; ``claims.toml`` says which of them decides, and why.
 """
 
 import tomllib
@@ -17,7 +17,7 @@ from comparison.models import MODELS
 from comparison.reliability.assessment import assess
 from comparison.reliability.errors import QUANTITIES, unit_of
 from comparison.scene import load_scene
-from comparison.studies.paper.runs import CAP, Runs, lacking, measure, numbers
+from comparison.studies.paper.runs import CAP, Runs, lack, measure, numbers
 from comparison.tables.channels import Array, channels
 
 Claim = Mapping[str, Any]
@@ -25,11 +25,11 @@ Evidence = tuple[dict[str, float], Mapping[str, tuple[Array | Sequence[float], s
 """Values that one model's runs give for a statement: criterion -> value, and the data behind them:
 label -> values and their unit."""
 
-BARE = 0.01  # 1/s, of alpha and beta: as good as none, a drift slows down by 3 % or less in two cycles
+NIL = 0.01  # 1/s, of alpha and beta: as good as none, a drift slows down by 3 % or less in two cycles
 SCAN = {"displacement": (2e-5, 2.0), "velocity": (1e-3, 10.0), "acceleration": (2.0, 2000.0)}
-"""Limits of the permitted error between which `TRIED` are tried, SI."""
-TRIED, HALF = 40, 0.5  # limits, and the least reliability of those that count: none below 0.97 is printed
-LITTLE = 0.05  # relative change that is little, in every statement: ``claims.toml``, criterion "peaks"
+"""Limits of the permitted error between which `POINTS` are tried, SI."""
+POINTS, FLOOR = 40, 0.5  # limits, and the least reliability of those that count: none below 0.97 is printed
+SMALL_CHANGE = 0.05  # relative change that is little, in every statement: ``claims.toml``, criterion "peaks"
 
 _DATA = tomllib.loads(files("comparison.studies.paper").joinpath("claims.toml").read_text("utf-8"))
 CRITERIA: dict[str, dict[str, Any]] = _DATA["criteria"]
@@ -51,47 +51,47 @@ class Verdict(StrEnum):
     CONTRADICTED = "contradicted"
     ABSENT = "effect absent"
     UNDECIDED = "undecided"
-    UNDECIDABLE = "undecidable"  # by any run: the print leaves out what it would need
+    UNDECIDABLE = "undecidable"  # by any run: the print leaves out a value that decides
 
 
 def verdict(evidence: Evidence) -> Verdict:
-    """Return what all criteria say; undecided between their bounds, of nan, and where they disagree."""
+    """Return the verdict of all criteria; undecided between their bounds, of nan, and if they disagree."""
     if "none" in evidence[0]:
         return Verdict.ABSENT
-    said = set()
+    answers = set()
     for name, value in evidence[0].items():
         supported, contradicted = CRITERIA[name]["supported"], CRITERIA[name]["contradicted"]
-        way = 1.0 if supported > contradicted else -1.0
-        against = Verdict.CONTRADICTED if way * value <= way * contradicted else Verdict.UNDECIDED
-        said.add(Verdict.SUPPORTED if way * value >= way * supported else against)
-    return said.pop() if len(said) == 1 else Verdict.UNDECIDED
+        sign = 1.0 if supported > contradicted else -1.0
+        alternative = Verdict.CONTRADICTED if sign * value <= sign * contradicted else Verdict.UNDECIDED
+        answers.add(Verdict.SUPPORTED if sign * value >= sign * supported else alternative)
+    return answers.pop() if len(answers) == 1 else Verdict.UNDECIDED
 
 
 def judge_all(runs: Runs) -> pd.DataFrame:
     """Decide every statement by both models.
 
-    A row for each value of a criterion and each number that it follows from, by model; ``verdict`` is what
-    both models say, ``verdict_of_model`` what one says. ``reason``: why a statement cannot be decided, though
+    A row for each value of a criterion and each number that it follows from, by model; ``verdict`` of
+    both models, ``verdict_of_model`` of one. ``reason`` of a statement that cannot be decided, though
     numbers are measured for it. ``claim``: the same of all quantities of one.
     """
     rows = []
     for claim in CLAIMS:
-        known = {key: claim.get(key, "") for key in ("id", "claim", "section", "says", "reason")}
-        by = [claim["by"]] if "by" in claim else MODELS
-        shown = {model: TESTS[claim["test"]](runs, model, claim) for model in by if "test" in claim}
-        verdicts = dict.fromkeys(shown, Verdict.UNDECIDABLE)
-        if not known["reason"]:
-            verdicts = {model: verdict(evidence) for model, evidence in shown.items()}
-        said = set(verdicts.values()) or {Verdict.UNDECIDABLE}
-        known["verdict"] = said.pop() if len(said) == 1 else Verdict.UNDECIDED
-        if not shown:
-            rows.append(known | {"model": "", "what": "", "decides": False})
-        for model, (deciding, more) in shown.items():
-            own = known | {"model": model, "verdict_of_model": verdicts[model]}
+        labels = {key: claim.get(key, "") for key in ("id", "claim", "section", "says", "reason")}
+        models = [claim["by"]] if "by" in claim else MODELS
+        evidence = {model: TESTS[claim["test"]](runs, model, claim) for model in models if "test" in claim}
+        verdicts = dict.fromkeys(evidence, Verdict.UNDECIDABLE)
+        if not labels["reason"]:
+            verdicts = {model: verdict(each) for model, each in evidence.items()}
+        answers = set(verdicts.values()) or {Verdict.UNDECIDABLE}
+        labels["verdict"] = answers.pop() if len(answers) == 1 else Verdict.UNDECIDED
+        if not evidence:
+            rows.append(labels | {"model": "", "what": "", "decides": False})
+        for model, (deciding, more) in evidence.items():
+            row = labels | {"model": model, "verdict_of_model": verdicts[model]}
             values = {name: ([value], "") for name, value in deciding.items()}
             for name, (sizes, unit) in {**values, **more}.items():
                 ends = {"least": min(sizes, default=nan), "most": max(sizes, default=nan)}
-                rows.append(own | {"what": name, "unit": unit, "decides": name in deciding} | ends)
+                rows.append(row | {"what": name, "unit": unit, "decides": name in deciding} | ends)
     return pd.DataFrame(rows)
 
 
@@ -99,20 +99,20 @@ def judge_all(runs: Runs) -> pd.DataFrame:
 
 
 def larger(runs: Runs, model: str, claim: Claim) -> Evidence:
-    """Whether one condition's errors are larger: those of the second cycle, and those of every later one."""
+    """Compare two conditions' errors, claimed to differ: of the second cycle, and of every later one."""
     channel, sides = claim["channel"], (claim["more"], claim["less"])
     more, less = (_sizes(runs, scene, model, channel) for scene in sides)
-    closest = np.clip(1.0, _ratio(more.min(), less.max()), _ratio(more.max(), less.min()))
-    values, unit, pairs = {"peaks": float(closest)}, channels()[channel].unit, apart(more, less)
+    ratio = np.clip(1.0, _ratio(more.min(), less.max()), _ratio(more.max(), less.min()))
+    values, unit, pairs = {"peaks": float(ratio)}, channels()[channel].unit, pair_signs(more, less)
     if all((scene, model) in runs.long for scene in sides):
-        later = apart(*(_later_cycles(runs, scene, model, channel) for scene in sides))
+        later = pair_signs(*(_later_cycles(runs, scene, model, channel) for scene in sides))
         values["cycles"], pairs = float(later.mean()), np.append(pairs, later)
     values = values if pairs.any() else {"none": 0.0}
     return values, {sides[0]: (more, unit), sides[1]: (less, unit)}
 
 
 def alike(runs: Runs, model: str, claim: Claim) -> Evidence:
-    """Whether two conditions' largest errors of the second cycle are nearly the same."""
+    """Compare two conditions' largest errors of the second cycle, claimed to be alike."""
     unit = channels()[claim["channel"]].unit
     numbers = {scene: (_sizes(runs, scene, model, claim["channel"]), unit) for scene in claim["scenes"]}
     a, b = (float(np.median(sizes)) for sizes, _ in numbers.values())
@@ -120,51 +120,51 @@ def alike(runs: Runs, model: str, claim: Claim) -> Evidence:
 
 
 def contacts(runs: Runs, model: str, claim: Claim) -> Evidence:
-    """Whether a cycle of one condition has more contacts, or a deeper one: by column of `_contacts`."""
+    """Compare number or depth of two conditions' contacts a cycle: by column of `_contacts`."""
     word, unit = {"size": ("contacts a cycle", ""), "depth": ("deepest of a cycle", "m")}[claim["counted"]]
     sides = [claim["more"], claim["less"]]
     values = [_contacts(runs, scene, model)[claim["counted"]].to_numpy(np.float64) for scene in sides]
-    return {"cycles": float(apart(*values).mean())}, {
+    return {"cycles": float(pair_signs(*values).mean())}, {
         f"{scene}, {word}": (each, unit) for scene, each in zip(sides, values, strict=True)
     }
 
 
 def less_reliable(runs: Runs, model: str, claim: Claim) -> Evidence:
-    """Whether the smallest reliability falls at limits that leave `HALF` of both, in all pairs of starts."""
-    name, limits, lacks, numbers = claim["quantity"], np.geomspace(*SCAN[claim["quantity"]], TRIED), [], {}
+    """Compare the smallest reliabilities at limits that leave `FLOOR` of both, in all pairs of starts."""
+    name, limits, lacks, numbers = claim["quantity"], np.geomspace(*SCAN[claim["quantity"]], POINTS), [], {}
     for scene in (claim["more"], claim["less"]):
-        own, members = load_scene(scene).reliability, range(len(runs.short[scene, model]))
-        starts = [assess(runs.two_cycles(scene, model, k), own)[name] for k in members]
-        lacks.append(np.array([[lacking(one, each).max() for one in limits] for each in starts]))
+        settings, members = load_scene(scene).reliability, range(len(runs.short[scene, model]))
+        starts = [assess(runs.two_cycles(scene, model, k), settings)[name] for k in members]
+        lacks.append(np.array([[lack(one, each).max() for one in limits] for each in starts]))
         numbers[f"{scene}, at our limit"] = [each.minimum for each in starts], "1"
     more, less = lacks[0][:, None], lacks[1]
-    met, lower = np.maximum(more, less) <= CAP - HALF, np.sign(np.round(more - less, 12))
-    counts = [f"{(lower[part] > 0).sum()} of {part.sum()}" for part in (met, ~met)]
+    mask, lower = np.maximum(more, less) <= CAP - FLOOR, np.sign(np.round(more - less, 12))
+    counts = [f"{(lower[part] > 0).sum()} of {part.sum()}" for part in (mask, ~mask)]
     label = f"lower at {counts[0]} limits and pairs of starts, at {counts[1]} that leave a reliability below"
-    tried = {f"{label} {HALF:g}; the former": (limits[met.any(axis=(0, 1))], unit_of(name))}
-    return {"reliability": float(lower[met].mean())}, tried | numbers
+    scan = {f"{label} {FLOOR:g}; the former": (limits[mask.any(axis=(0, 1))], unit_of(name))}
+    return {"reliability": float(lower[mask].mean())}, scan | numbers
 
 
 def stabilized(runs: Runs, model: str, claim: Claim) -> Evidence:
-    """Whether Baumgarte's stabilization reduces the error of the BDF code, which is neither model."""
+    """Compare errors of the BDF code, which is neither model, with Baumgarte's stabilization and without."""
     del model, claim
     sizes = {
         name: abs(measure(name, runs, MODELS[0], {}).value)
         for name in dict.fromkeys(runs.solver["id"])
         if name.endswith(("-d", "-v", "-a")) and numbers().loc[name, "use"] != "misprint"
     }
-    own = runs.solver[runs.solver["default"] & runs.solver["id"].isin(sizes)].dropna(subset=["value"])
-    off, bare = (own["value"].abs() / own["id"].map(sizes) - 1.0).abs(), own["gain"] == BARE
-    without, stable = float(off[bare].median()), float(off[~bare].median())
-    kind, letters = own["id"].str[-1], [name[0] for name in QUANTITIES]
-    ratios = (off[bare].groupby(kind).median() / off[~bare].groupby(kind).median()).reindex(letters)
-    shown = {"median relative error without": ([without], "1"), "with": ([stable], "1")}
-    shown |= {f"ratio, {name}": ([ratios[name[0]]], "1") for name in QUANTITIES}
-    return {"stabilized": _ratio(without, stable) if bare.any() else nan}, shown
+    rows = runs.solver[runs.solver["default"] & runs.solver["id"].isin(sizes)].dropna(subset=["value"])
+    errors, mask = (rows["value"].abs() / rows["id"].map(sizes) - 1.0).abs(), rows["gain"] == NIL
+    median_without, median_with = float(errors[mask].median()), float(errors[~mask].median())
+    kind, letters = rows["id"].str[-1], [name[0] for name in QUANTITIES]
+    ratios = (errors[mask].groupby(kind).median() / errors[~mask].groupby(kind).median()).reindex(letters)
+    data = {"median relative error without": ([median_without], "1"), "with": ([median_with], "1")}
+    data |= {f"ratio, {name}": ([ratios[name[0]]], "1") for name in QUANTITIES}
+    return {"stabilized": _ratio(median_without, median_with) if mask.any() else nan}, data
 
 
 def influence(runs: Runs, model: str, claim: Claim) -> Evidence:
-    """How much of the stroke y changes from cycle to cycle, in the later half of the cycles."""
+    """Return the spread of y between the cycles of the later half, over the stroke."""
     cycles = runs.by_cycle(claim["scene"], model, claim["channel"])
     y = cycles[len(cycles) // 2 :]
     spread, stroke = float(np.ptp(y, axis=0).max()), float(np.ptp(y))
@@ -175,14 +175,14 @@ TESTS = {test.__name__: test for test in (larger, alike, contacts, less_reliable
 """Functions by the name that a claim's ``test`` gives."""
 
 
-# ---- what they measure
+# ---- their measurements
 
 
-def apart(a: Array, b: Array) -> Array:
-    """Return of all pairs 1 where a is greater by `LITTLE`, -1 where it is smaller by that, else 0."""
+def pair_signs(a: Array, b: Array) -> Array:
+    """Return of all pairs 1 where a is greater by `SMALL_CHANGE`, -1 where it is smaller by that, else 0."""
     difference = np.subtract.outer(a, b)
-    little = LITTLE * np.minimum.outer(np.abs(a), np.abs(b))
-    return np.asarray(np.sign(difference) * (np.abs(difference) > little))
+    margin = SMALL_CHANGE * np.minimum.outer(np.abs(a), np.abs(b))
+    return np.asarray(np.sign(difference) * (np.abs(difference) > margin))
 
 
 def _later_cycles(runs: Runs, scene: str, model: str, channel: str) -> Array:
@@ -203,9 +203,9 @@ def _contacts(runs: Runs, scene: str, model: str) -> pd.DataFrame:
     events = pd.DataFrame() if run.events is None else run.events
     events = events.reindex(columns=["start", "peak_force", "largest_depth"]).astype(float)
     cycle = (events["start"] / run.time[-1] * cycles).astype(int)
-    counted = events["peak_force"].groupby(cycle).agg(["size", "max"])
-    counted["depth"] = events["largest_depth"].groupby(cycle).max()
-    return counted.reindex(range(1, cycles), fill_value=0)
+    table = events["peak_force"].groupby(cycle).agg(["size", "max"])
+    table["depth"] = events["largest_depth"].groupby(cycle).max()
+    return table.reindex(range(1, cycles), fill_value=0)
 
 
 def _sizes(runs: Runs, scene: str, model: str, channel: str) -> Array:

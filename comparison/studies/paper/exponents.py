@@ -4,14 +4,14 @@
 recorded, and they are brought back along their direction to the initial distance (G. Benettin, L. Galgani, A.
 Giorgilli, J.-M. Strelcyn, Meccanica 15 (1980) 9-30, Part 2) after each *stage*, of which a period has
 several: a whole one takes a distance from round-off to the size of the attractor. One more perturbed orbit
-starts every stage at round-off: how far it gets is the error of the computation. An orbit that does not get
-`CLEAR` times as far is *collapsed*: its growth is only bounded from above, and it starts the next stage in
-the direction that it had before.
+starts every stage at round-off: its distance at the end is the error of the computation. An orbit that does
+not get `MARGIN` times as far is *collapsed*: its growth is only bounded from above, and it starts the next
+stage in the direction that it had before.
 
 *The press as a map* takes the slider's state at a crank angle to that one cycle later, by any model. A state
 at a crank angle is a scene: the crank starts at that angle, and the keys of ``[initial]`` hold the slider's
-place, tilt and speeds; everything else follows from the crank. What a scene cannot hold is the impact speed
-that a closed contact remembers. So states are taken where the slider flies.
+place, tilt and speeds; everything else follows from the crank. A scene cannot hold the impact speed that a
+closed contact remembers. So states are taken where the slider flies.
 """
 
 from collections.abc import Callable, Mapping
@@ -32,10 +32,10 @@ from comparison.scene import Scene
 from comparison.tables.channels import CORNERS, Array, BoolArray
 from comparison.tables.table import Table
 
-CLEAR = 10.0  # times the error: there it changes the logarithm by at most 0.1
+MARGIN = 10.0  # times the error: there it changes the logarithm by at most 0.1
 CONFIDENCE = 0.95
 RESAMPLES = 2000
-FEW = 0.1  # share of periods with a collapsed stage that is passed over
+COLLAPSE_LIMIT = 0.1  # share of periods with a collapsed stage that is passed over
 
 
 class Exponent(NamedTuple):
@@ -48,8 +48,8 @@ class Exponent(NamedTuple):
 
     @property
     def measured(self) -> bool:
-        """Whether few enough periods collapsed for ``value`` to be more than an upper bound."""
-        return self.collapsed <= FEW
+        """True if few enough periods collapsed for ``value`` to be more than an upper bound."""
+        return self.collapsed <= COLLAPSE_LIMIT
 
     @property
     def sign(self) -> int:
@@ -59,8 +59,8 @@ class Exponent(NamedTuple):
         return 1 if self.low > 0.0 and self.measured else 0
 
 
-class Following(NamedTuple):
-    """How perturbed orbits are followed; the distances in coordinates times ``scale``."""
+class Settings(NamedTuple):
+    """Settings of the perturbed orbits; the distances in coordinates times ``scale``."""
 
     distances: Array  # of the perturbed orbits at the start of a stage
     round_off: float  # that of the orbit that shows the error
@@ -71,44 +71,44 @@ class Following(NamedTuple):
 
 def exponents(
     orbit: Callable[[Array, int], tuple[Array, int]],
-    perturbed: Callable[[Array, int, int], Array],
+    advance: Callable[[Array, int, int], Array],
     start: Array,
     when: int,
     until: int,
-    following: Following,
+    settings: Settings,
 ) -> list[Exponent]:
     """Follow an orbit, which starts at a time, with its perturbed orbits; stages begin before ``until``.
 
-    ``orbit`` takes a state and when it is to the end of a stage, which it chooses; ``perturbed`` a state from
-    there to a given end, the same state to the same end. Returns the exponent of each distance per period: a
+    ``orbit`` takes a state and its time to the end of a stage, which it chooses; ``advance`` a state and its
+    time to a given end, an equal state to the same end. Returns the exponent of each distance per period: a
     stage belongs to that in which it begins.
     """
-    distances, round_off, scale, period, skip = following
+    distances, round_off, scale, period, skip = settings
     state = np.asarray(start, dtype=np.float64)
-    even = np.full(state.size, 1.0 / np.sqrt(state.size))
-    directions = np.tile(even, (distances.size, 1))
+    diagonal = np.full(state.size, 1.0 / np.sqrt(state.size))
+    directions = np.tile(diagonal, (distances.size, 1))
     begins, logs, collapsed = [], [], []
     while when < until:
         after, end = orbit(state, when)
-        drift = (perturbed(state + round_off * even / scale, when, end) - after) * scale
+        drift = (advance(state + round_off * diagonal / scale, when, end) - after) * scale
         error = float(np.linalg.norm(drift))
         starts = state + distances[:, None] * directions / scale
-        apart = (np.array([perturbed(beside, when, end) for beside in starts]) - after) * scale
-        grown = np.linalg.norm(apart, axis=1)
-        lost = grown <= CLEAR * error
-        directions[~lost] = apart[~lost] / grown[~lost, None]
+        offsets = (np.array([advance(neighbour, when, end) for neighbour in starts]) - after) * scale
+        norms = np.linalg.norm(offsets, axis=1)
+        collapse = norms <= MARGIN * error
+        directions[~collapse] = offsets[~collapse] / norms[~collapse, None]
         # Where even the error is zero, so may a distance be: the least number there is has a logarithm.
-        least = np.maximum(CLEAR * error, np.finfo(float).tiny)
+        minimum = np.maximum(MARGIN * error, np.finfo(float).tiny)
         begins.append(when)
-        logs.append(np.log(np.maximum(grown, least) / distances))
-        collapsed.append(lost)
+        logs.append(np.log(np.maximum(norms, minimum) / distances))
+        collapsed.append(collapse)
         state, when = after, end
     periods = np.array(begins) // period
     periods -= periods[0]
     results = []
-    for growth, lost in zip(np.transpose(logs), np.transpose(collapsed), strict=True):
+    for growth, collapse in zip(np.transpose(logs), np.transpose(collapsed), strict=True):
         each = np.bincount(periods, weights=growth)[skip:].astype(np.float64)
-        share = float(np.mean(np.bincount(periods, weights=lost)[skip:] > 0))
+        share = float(np.mean(np.bincount(periods, weights=collapse)[skip:] > 0))
         results.append(Exponent(float(np.mean(each)), *mean_interval(each), share))
     return results
 
@@ -137,8 +137,8 @@ STATE = {
     "slider_omega": "initial.slider_omega",
 }
 """Channel of a table -> key of a scene."""
-CLEAR_OF_WALLS = 0.02  # of the clearance
-SHORTEST = 0.08  # of a cycle: the shortest stage
+WALL_MARGIN = 0.02  # of the clearance
+SHORTEST_STAGE = 0.08  # of a cycle
 TRANSIENT = 10  # cycles before the first that counts; the start is forgotten after one
 SAMPLES = 200  # a cycle; stages begin and end at samples
 ROUND_OFF = 1e-15  # m; some ten times the rounding of a coordinate of 0.55 m
@@ -151,14 +151,14 @@ def states(table: Table, scene: Scene) -> Array:
     return values
 
 
-def free(table: Table, scene: Scene) -> BoolArray:
-    """Return at which samples no corner is close to a wall, shape (n,)."""
+def in_flight(table: Table, scene: Scene) -> BoolArray:
+    """Return a mask of the samples without a corner close to a wall, shape (n,)."""
     gap = np.min([table.values(f"corner_{corner}_gap") for corner in CORNERS], axis=0)
-    return np.asarray(gap > CLEAR_OF_WALLS * scene.data["clearance"]["slider"])
+    return np.asarray(gap > WALL_MARGIN * scene.data["clearance"]["slider"])
 
 
 def scale(scene: Scene) -> Array:
-    """Return what turns a state into metres, shape (4,): 1 and half the slider's length, times T / 2 pi."""
+    """Return factors from a state to metres, shape (4,): 1 and half the slider's length, times T / 2 pi."""
     half, time = 0.5 * scene.data["mechanism"]["slider"]["length"], scene.period / (2 * pi)
     return np.array([1.0, half, time, half * time])
 
@@ -171,12 +171,12 @@ def by_cycle(values: NDArray[Any], scene: Scene) -> NDArray[Any]:
 class Press:
     """The slider's orbit in stages that begin and end in flight; times are samples since the start.
 
-    A stage is at least `SHORTEST` of a cycle long and ends where no corner is closer to a wall than
-    `CLEAR_OF_WALLS`: after the slider has rested at one, with its next flight.
+    A stage is at least `SHORTEST_STAGE` of a cycle long and ends where no corner is closer to a wall than
+    `WALL_MARGIN`: after the slider has rested at one, with its next flight.
     """
 
     def __init__(self, scene: Scene, run: Callable[[Scene], Table]) -> None:
-        """Take the scene as it starts, with its samples a cycle, and what runs it."""
+        """Take the scene as it starts, with its samples a cycle, and the function that runs it."""
         self._scene, self._run = scene.with_values({"output.groups": ["corners"]}), run
         self._per_cycle = int(scene.data["output"]["samples_per_cycle"])
 
@@ -185,16 +185,16 @@ class Press:
 
         Raises ValueError if the slider does not fly again for a whole cycle.
         """
-        shortest = round(SHORTEST * self._per_cycle)
+        shortest = round(SHORTEST_STAGE * self._per_cycle)
         for samples in (2 * shortest, self._per_cycle):
-            flying = np.flatnonzero(free(self._table(state, when, samples), self._scene)[shortest:])
+            flying = np.flatnonzero(in_flight(self._table(state, when, samples), self._scene)[shortest:])
             if flying.size:
                 end = when + shortest + int(flying[0])
                 # Run once more to there: the tables of the perturbed runs end at that sample too.
-                return self.perturbed(state, when, end), end
+                return self.advance(state, when, end), end
         raise ValueError(f"scene {self._scene.name!r}: the slider does not fly for a cycle")
 
-    def perturbed(self, state: Array, when: int, end: int) -> Array:
+    def advance(self, state: Array, when: int, end: int) -> Array:
         """Take a state, shape (4,), from one time to another."""
         return np.asarray(states(self._table(state, when, end - when), self._scene)[-1])
 
@@ -228,17 +228,17 @@ def measure(chain: Chain, progress: Progress) -> Row:
     del progress
     run = partial(run_one, model=chain.model)
     scene = chain.scene.with_values({"output.groups": ["corners"], "output.samples_per_cycle": SAMPLES})
-    before = scene.with_values({"drive.cycles": float(TRANSIENT + 1)})
-    table, press = run(before), Press(scene, run)
-    when = TRANSIENT * SAMPLES + int(np.argmax(by_cycle(free(table, scene), before)[-1]))
+    transient = scene.with_values({"drive.cycles": float(TRANSIENT + 1)})
+    table, press = run(transient), Press(scene, run)
+    when = TRANSIENT * SAMPLES + int(np.argmax(by_cycle(in_flight(table, scene), transient)[-1]))
     try:
-        measured = exponents(
-            press.orbit, press.perturbed, states(table, before)[when], when, when + chain.cycles * SAMPLES,
-            Following(np.array(chain.distances), ROUND_OFF, scale(scene), SAMPLES, skip=1),
+        results = exponents(
+            press.orbit, press.advance, states(table, transient)[when], when, when + chain.cycles * SAMPLES,
+            Settings(np.array(chain.distances), ROUND_OFF, scale(scene), SAMPLES, skip=1),
         )  # fmt: skip
     except ValueError as error:
         return {"status": "failed", "message": " ".join(str(error).split())}
-    return {"exponents": [list(each) for each in measured]}
+    return {"exponents": [list(each) for each in results]}
 
 
 # ---- verdict
@@ -255,13 +255,13 @@ class Chaos(Enum):
 
 
 def verdict(best: Mapping[Key, Exponent], name: str) -> Chaos:
-    """Return whether a scene is chaotic, by the exponents to believe of its runs.
+    """Return the verdict on a scene's chaos, by the exponents to believe of its runs.
 
     Chaotic: positive in every run that measures it, in both models. Not chaotic: it, or its upper bound,
     negative in every run.
     """
     runs = {key: e for key, e in best.items() if key[0] == name}
-    measured = {key: e for key, e in runs.items() if e.measured}
-    if {e.sign for e in measured.values()} == {1} and {model for _, model, _ in measured} == set(MODELS):
+    results = {key: e for key, e in runs.items() if e.measured}
+    if {e.sign for e in results.values()} == {1} and {model for _, model, _ in results} == set(MODELS):
         return Chaos.CHAOTIC
     return Chaos.REGULAR if runs and {e.sign for e in runs.values()} == {-1} else Chaos.UNDECIDED

@@ -1,4 +1,4 @@
-"""The ideal press in closed form, what the paper prints of it, and the geometry that comes closest to that.
+"""The ideal press in closed form, the printed facts about it, and the geometry that comes closest to them.
 
 The closed form is for any arrangement of the parts, and of this study alone: the models have their own loop
 closures, and a run of the scene ``ideal`` by each of them checks this one.
@@ -36,7 +36,7 @@ class Lengths(NamedTuple):
 
 
 class Topology(NamedTuple):
-    """The two-valued choices of an arrangement, 1 or -1 but for the pin."""
+    """The two-valued choices of an arrangement, 1 or -1, except the pin's."""
 
     crank: int  # 1: counter-clockwise, -1: clockwise
     rocker: int  # 1: joint B lies to the left of the line from A to H, -1: to its right
@@ -73,8 +73,8 @@ class Geometry(NamedTuple):
 class Motion(NamedTuple):
     """One crank cycle; every array has shape (n,)."""
 
-    assembled: float
-    """The smallest margin (m) by which two links reach each other; negative where the linkage cannot be
+    margin: float
+    """The smallest length (m) by which two links reach each other; negative where the linkage cannot be
     assembled at some crank angle."""
     A: Points
     B: Points
@@ -89,8 +89,8 @@ class Motion(NamedTuple):
 def motion(geometry: Geometry, topology: Topology, lengths: Lengths, angle: Array) -> Motion:
     """Move the press to crank angles, counter-clockwise from the x axis either way, rad, shape (n,).
 
-    Where links do not reach each other the half chord is set to zero: `Motion.assembled` shows by how much
-    they miss. Velocities follow from rigid rods: their ends have the same velocity along them.
+    Where links do not reach each other the half chord is set to zero, and `Motion.margin` is
+    negative. Velocities follow from rigid rods: their ends have the same velocity along them.
     """
     H = complex(geometry.pivot_x, geometry.pivot_y)
     lever = lengths.rocker if topology.pin == "tip" else lengths.rocker_centroid
@@ -120,8 +120,8 @@ def motion(geometry: Geometry, topology: Topology, lengths: Lengths, angle: Arra
     height2 = (across * C2.real - C1.real**2 - height1**2) / height
     F = geometry.guide + 1j * (C.imag + height)
     margins = [float(chord.min()) / lengths.rod2, float(fall.min()) / lengths.rod4]
-    assembled = min(margin if isfinite(margin) else -inf for margin in margins)
-    return Motion(assembled, A, B, C, F, C1.imag + height1, C2.imag + height2, np.abs(across / height))
+    margin = min(margin if isfinite(margin) else -inf for margin in margins)
+    return Motion(margin, A, B, C, F, C1.imag + height1, C2.imag + height2, np.abs(across / height))
 
 
 def _dot(a: Points, b: Points) -> Array:
@@ -132,23 +132,23 @@ def _dot(a: Points, b: Points) -> Array:
 
 ANGLES = 240
 """Crank angles of a cycle; parabolas through three of them give extrema to 1e-6 of their size."""
-OF_THE_QUOTIENT = 0.015
+QUOTIENT_ALLOWANCE = 0.015
 """Of tan β: the largest errors of x and y need not belong to one instant. In 100 cycles of the model their
 quotient falls 1.3 % short."""
-DRAWN, STARTS = 1000, 5  # random geometries an arrangement, and how many of the best are starts of a fit
+DRAWS, STARTS = 1000, 5  # random geometries an arrangement, and the number of the best that start a fit
 REACH, GUIDES = 0.9, (0.02, 1.5)
 """m; farther than rod 2, crank and rocker together reach; distances of the guide from the crank pivot."""
-COARSE = np.array([5.0, 0.02, 0.2, 0.2, 0.05])
+COARSE_ALLOWANCES = np.array([5.0, 0.02, 0.2, 0.2, 0.05])
 """Allowances of the first of two fits: with the printed ones alone the angle's steep valley holds it."""
-MISSING = 1e3  # misfit of a press that cannot be assembled, growing with what it lacks
+ASSEMBLY_MISFIT = 1e3  # of a press that cannot be assembled, growing with the missing length
 
 
 def printed_facts() -> pd.DataFrame:
-    """Return the five facts that the geometry is fitted to, by what they are.
+    """Return the five facts that the geometry is fitted to, by name.
 
-    ``value``: what the ideal motion should show, in ``unit``; ``allowance``: by how much it may miss (one
-    standard deviation): the rounding of the print, and what the clearance adds to a number of a motion with
-    clearance; ``rounding``: half a unit of the last printed digit alone.
+    ``value`` of the ideal motion, in ``unit``; ``allowance``: its standard deviation, from the rounding of
+    the print and the share of the clearance in a number of a motion with clearance; ``rounding``: half a unit
+    of the last printed digit alone.
 
     The range of the velocity (Fig. 14c) is one with clearance. The clearance widens it by something between
     nothing and the largest error of the velocity (Fig. 14e): half of that, give or take half, is taken off.
@@ -165,7 +165,7 @@ def printed_facts() -> pd.DataFrame:
         "stroke": ("m", abs(stroke.value), stroke.rounding, stroke.rounding),
         "lowest velocity": ("m/s", lowest.value + half, half + lowest.rounding, lowest.rounding),
         "highest velocity": ("m/s", highest.value - half, half + highest.rounding, highest.rounding),
-        "largest tan β": ("", quotient, OF_THE_QUOTIENT * quotient, of_quotient),
+        "largest tan β": ("", quotient, QUOTIENT_ALLOWANCE * quotient, of_quotient),
     }
     return pd.DataFrame.from_dict(rows, orient="index", columns=["unit", "value", "allowance", "rounding"])
 
@@ -176,7 +176,7 @@ def vibration() -> float:
 
 
 def implied_positions() -> dict[str, float]:
-    """Return what printed errors of Fig. 14 imply of the slider's place across its guide, m from its centre.
+    """Return places of the slider across its guide that printed errors of Fig. 14 imply, m from its centre.
 
     At constant crank angle the error of y is the distance from the ideal slider's line times tan β, which is
     largest, `printed_facts`, at the top dead centre, where the crank starts. ``line by x``: the middle of the
@@ -206,38 +206,38 @@ def shipped_geometry() -> Geometry:
     return Geometry(x, y, mechanism["guide_x"] + mechanism["reference_offset"])
 
 
-def shown(geometry: Geometry, topology: Topology, lengths: Lengths | None = None) -> tuple[float, Array]:
-    """Return `Motion.assembled` of a press, by default with the lengths of Table 1, and what it shows.
+def facts_of(geometry: Geometry, topology: Topology, lengths: Lengths | None = None) -> tuple[float, Array]:
+    """Return `Motion.margin` of a press, by default with the lengths of Table 1, and its facts.
 
     Shape (5,), in the order of `printed_facts`; nan where it cannot be assembled at every angle.
     """
-    printed, speed = table_1()
-    lengths = lengths or printed
+    table, speed = table_1()
+    lengths = lengths or table
     cycle = motion(geometry, topology, lengths, tau * np.arange(ANGLES) / ANGLES)
-    if cycle.assembled <= 0:
-        return cycle.assembled, np.full(5, np.nan)
-    top, at = _highest(cycle.F.imag)
-    crank = at * tau / ANGLES
+    if cycle.margin <= 0:
+        return cycle.margin, np.full(5, np.nan)
+    top, sample = _highest(cycle.F.imag)
+    crank = sample * tau / ANGLES
     # Newton's method, since the print gives this angle to 4e-5 of a cycle; at most to the next sample.
     for _ in range(3):
-        here = motion(geometry, topology, lengths, np.array([crank]))
-        velocity, acceleration = float(here.velocity[0]), float(here.acceleration[0])
+        instant = motion(geometry, topology, lengths, np.array([crank]))
+        velocity, acceleration = float(instant.velocity[0]), float(instant.acceleration[0])
         if acceleration < 0:
             step = topology.crank * velocity / acceleration
             crank -= min(max(step, -tau / ANGLES), tau / ANGLES)
     stroke = top + _highest(-cycle.F.imag)[0]
     low, high = -speed * _highest(-cycle.velocity)[0], speed * _highest(cycle.velocity)[0]
-    values = (np.degrees(crank) % 360.0, stroke, low, high, _highest(cycle.tangent)[0])
-    return cycle.assembled, np.array(values)
+    facts = (np.degrees(crank) % 360.0, stroke, low, high, _highest(cycle.tangent)[0])
+    return cycle.margin, np.array(facts)
 
 
 def _highest(values: Array) -> tuple[float, float]:
     """Return the vertex of the parabola through the largest sample and its neighbours: height, and index."""
     k = int(values.argmax())
-    before, here, after = (float(values[(k + n) % values.size]) for n in (-1, 0, 1))
-    curve = before - 2 * here + after
+    before, middle, after = (float(values[(k + n) % values.size]) for n in (-1, 0, 1))
+    curve = before - 2 * middle + after
     shift = 0.5 * (before - after) / curve if curve < 0 else 0.0
-    return here - 0.25 * (before - after) * shift, k + shift
+    return middle - 0.25 * (before - after) * shift, k + shift
 
 
 class Fit(NamedTuple):
@@ -245,8 +245,8 @@ class Fit(NamedTuple):
 
     topology: Topology
     geometry: Geometry
-    shown: Array
-    residuals: Array  # of what the press shows, over the facts' allowances; both have shape (5,)
+    facts: Array
+    residuals: Array  # of these, over the allowances; both have shape (5,)
     covariance: Array  # of the geometry, m^2, shape (3, 3), from the Jacobian at the best fit
 
     @property
@@ -263,33 +263,33 @@ def residuals(
     allowances: Array,
     lengths: Lengths | None = None,
 ) -> Array:
-    """Return (shown - printed) / allowance, shape (5,); large where the press cannot be assembled."""
-    assembled, values = shown(Geometry(*map(float, geometry)), topology, lengths)
-    if assembled <= 0:
-        return np.full(len(facts), MISSING * (1 - max(assembled, -1.0)))
-    off = values - facts["value"].to_numpy()
-    off[0] = (off[0] + 180.0) % 360.0 - 180.0
-    return np.asarray(off / allowances)
+    """Return (ours - printed) / allowance, shape (5,); large where the press cannot be assembled."""
+    margin, values = facts_of(Geometry(*map(float, geometry)), topology, lengths)
+    if margin <= 0:
+        return np.full(len(facts), ASSEMBLY_MISFIT * (1 - max(margin, -1.0)))
+    errors = values - facts["value"].to_numpy()
+    errors[0] = (errors[0] + 180.0) % 360.0 - 180.0
+    return np.asarray(errors / allowances)
 
 
-def fit(topology: Topology, facts: pd.DataFrame, drawn: int = DRAWN) -> Fit | None:
-    """Return the best geometry of an arrangement, or None where none of the drawn ones can be assembled."""
-    digits = (topology.crank, topology.rocker, topology.slider, topology.side, int(topology.pin == "tip"))
-    rng = np.random.default_rng([0, *(digit + 1 for digit in digits)])
+def fit(topology: Topology, facts: pd.DataFrame, draws: int = DRAWS) -> Fit | None:
+    """Return the best geometry of an arrangement, or None where no draw can be assembled."""
+    choices = (topology.crank, topology.rocker, topology.slider, topology.side, int(topology.pin == "tip"))
+    rng = np.random.default_rng([0, *(digit + 1 for digit in choices)])
     near, far = sorted(topology.side * distance for distance in GUIDES)
     low, high = np.array([-REACH, -REACH, near]), np.array([REACH, REACH, far])
-    starts = rng.uniform(low, high, (drawn, 3))
-    costs = np.array([np.sum(residuals(start, topology, facts, COARSE) ** 2) for start in starts])
+    starts = rng.uniform(low, high, (draws, 3))
+    costs = np.array([np.sum(residuals(start, topology, facts, COARSE_ALLOWANCES) ** 2) for start in starts])
     search = partial(least_squares, residuals, bounds=(low, high), x_scale=0.1)
-    tried = []
+    fits = []
     for n in np.argsort(costs)[:STARTS]:
-        if costs[n] < MISSING**2:
-            coarse = search(starts[n], args=(topology, facts, COARSE))
-            tried.append(search(coarse.x, args=(topology, facts, facts["allowance"].to_numpy())))
-    if not tried:
+        if costs[n] < ASSEMBLY_MISFIT**2:
+            coarse = search(starts[n], args=(topology, facts, COARSE_ALLOWANCES))
+            fits.append(search(coarse.x, args=(topology, facts, facts["allowance"].to_numpy())))
+    if not fits:
         return None
-    best = min(tried, key=lambda each: each.cost)
-    fitted = Geometry(*map(float, best.x))
+    best = min(fits, key=lambda each: each.cost)
+    geometry = Geometry(*map(float, best.x))
     jacobian = np.asarray(best.jac, dtype=np.float64)
     covariance = np.asarray(np.linalg.pinv(jacobian.T @ jacobian))
-    return Fit(topology, fitted, shown(fitted, topology)[1], np.asarray(best.fun), covariance)
+    return Fit(topology, geometry, facts_of(geometry, topology)[1], np.asarray(best.fun), covariance)

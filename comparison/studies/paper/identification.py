@@ -1,4 +1,4 @@
-"""The geometry from the printed facts, and what printed peaks say of corner radius and gravity."""
+"""The geometry from the printed facts, and corner radius and gravity from the printed peaks."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -31,7 +31,7 @@ CASES = {
     "90rpm-0.5mm": "F11-05",
     "300rpm-0.2mm": "F12-300",
 }
-"""Scene -> how its rows begin in the table of printed numbers; Poisson's ratio 0.33 repeats the first."""
+"""Scene -> prefix of its rows in the table of printed numbers; Poisson's ratio 0.33 repeats the first."""
 RADIUS, GRAVITY = "contact.corner_radius", "environment.gravity"
 RADII = (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
 GRAVITIES = {"upwards": -9.81, "none": 0.0, "downwards": 9.81}
@@ -40,7 +40,7 @@ DECISIVE = 3.0
 POWER = 0.2
 """Of the radius in an impact's peak force: the stiffness K goes with its root, the force with K^0.4."""
 NUDGE = 1e-9
-"""m, of the start from one member to the next: which impact is the hardest can depend on less than that."""
+"""m, of the start from one member to the next: the hardest impact can be another one after less than that."""
 
 
 class Config(NamedTuple):
@@ -66,8 +66,8 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
     """Fit every arrangement, and run the shipped one with other radii and gravities."""
     facts, fits = fitting.printed_facts(), []
     for n, topology in enumerate(config.topologies):
-        if fitted := fitting.fit(topology, facts):
-            fits.append(fitted)
+        if fit := fitting.fit(topology, facts):
+            fits.append(fit)
         if on_progress:
             on_progress(FITTING * (n + 1) / len(config.topologies))
     fits.sort(key=lambda each: each.misfit)
@@ -88,17 +88,17 @@ def simulate(config: Config, n_jobs: int, on_progress: Progress | None) -> pd.Da
     for _ in settings:
         sizes: dict[str, float] = {}
         for name in CASES:
-            shown = pd.concat([next(ensembles).shown for _ in range(config.members)])
-            sizes |= {row: float(shown[row]["value"].abs().median()) for row in ids[name]}
+            readings = pd.concat([next(ensembles).readings for _ in range(config.members)])
+            sizes |= {row: float(readings[row]["value"].abs().median()) for row in ids[name]}
         rows.append({row: size / abs(published(row).value) for row, size in sizes.items()})
     return pd.DataFrame(rows, pd.MultiIndex.from_tuples(settings))
 
 
 def fit_radius(peaks: pd.DataFrame) -> tuple[float, float, float]:
-    """Return how peaks over the printed ones, a row a radius (m), a column a scene, depend on the radius.
+    """Fit the dependence of peaks over the printed ones, a row a radius (m), a column a scene, on the radius.
 
-    By a line through the logarithms: the power of the radius; the radius at which the mean of the peaks is
-    the printed one, nan where they do not grow with it; and the factor to which it is determined, one
+    Return, by a line through the logarithms, the power of the radius; the radius at which the mean of the
+    peaks is the printed one, nan where they do not grow with it; and the factor to which it is known, one
     standard error of the mean, from the scatter of the scenes through `POWER`.
     """
     logs, scale = np.log(peaks.to_numpy()), np.log(peaks.index.to_numpy(np.float64))
@@ -118,20 +118,20 @@ def by_radius(ratios: pd.DataFrame) -> pd.DataFrame:
 
 
 def page(results: Results) -> dict[str, object]:
-    """Return what the template asks."""
+    """Return the variables of the template."""
     (best, second, *_), facts, shipped = results.fits, results.facts, fitting.shipped_geometry()
     misfits = misfit(results.ratios)
     misses = fitting.residuals(shipped, best.topology, facts, facts["allowance"].to_numpy())
-    own = fitting.shown(shipped, best.topology)[1]
-    compared = facts.assign(best=best.shown, second=second.shown, shipped=own)
-    six = "{:.6g}".format
-    written: Columns = {"fact": str, "unit": str, "value": six, "allowance": partial(number, digits=2)}
-    written |= dict.fromkeys(("best", "second", "shipped"), six)
+    shipped_facts = fitting.facts_of(shipped, best.topology)[1]
+    table = facts.assign(best=best.facts, second=second.facts, shipped=shipped_facts)
+    write = "{:.6g}".format
+    writers: Columns = {"fact": str, "unit": str, "value": write, "allowance": partial(number, digits=2)}
+    writers |= dict.fromkeys(("best", "second", "shipped"), write)
     deviations = np.sqrt(np.diag(best.covariance))
     columns: dict[str, Any] = {"best": best.geometry, "standard deviation": deviations, "shipped": shipped}
     unknowns = {name: [_mm(value) for value in values] for name, values in columns.items()}
     gravities = {name: float(misfits[GRAVITY, value]) for name, value in GRAVITIES.items()}
-    most = DECISIVE * min(gravities.values())
+    threshold = DECISIVE * min(gravities.values())
     peaks = by_radius(results.ratios)
     power, radius, factor = fit_radius(peaks)
     return {
@@ -140,7 +140,7 @@ def page(results: Results) -> dict[str, object]:
         "second": second,
         "count": len(results.fits),
         "possible": int(ranking(results.fits)["possible"].sum()),
-        "facts": markdown(compared.rename_axis("fact").reset_index(), written),
+        "facts": markdown(table.rename_axis("fact").reset_index(), writers),
         "unknowns": markdown(pd.DataFrame({"": UNKNOWNS} | unknowns)),
         "certainty": ", ".join(map(_mm, deviations)),
         "values": ", ".join(map(_mm, shipped)),
@@ -148,12 +148,12 @@ def page(results: Results) -> dict[str, object]:
         "shipped_misfit": sqrt(float(np.sum(misses**2)) / 2),
         "vibration": f"{1e3 * fitting.vibration():.1f}",
         "gravities": gravities,
-        "excluded": [name for name, value in gravities.items() if value >= most],
+        "excluded": [name for name, value in gravities.items() if value >= threshold],
         "power": power,
         "radii": sorted(exp(np.interp(0.0, np.log(peaks[name]), np.log(RADII))) for name in peaks),
         "likely": factor ** student.ppf(0.975, peaks.shape[1] - 1),
         "radius_factor": factor,
-        # How many such factors the radius of the scenes is off.
+        # In such factors.
         "radius_off": abs(log(load_scene(BASE).data["contact"]["corner_radius"] / radius)) / log(factor),
         "implied": {name: quantity(value, "m", 3) for name, value in fitting.implied_positions().items()},
     }
@@ -173,9 +173,9 @@ def ranking(fits: Sequence[Fit]) -> pd.DataFrame:
         row: dict[str, Any] = {"arrangement": str(each.topology), "misfit": each.misfit, "possible": True}
         row |= {f"{name}_mm": 1e3 * value for name, value in zip(UNKNOWNS, each.geometry, strict=True)}
         for end, (place, name) in VELOCITIES.items():
-            printed, velocity = published(name), each.shown[place]
-            excess = abs(velocity) - abs(printed.value)
-            row["possible"] &= -fitting.vibration() - printed.rounding <= excess <= printed.rounding
+            datum, velocity = published(name), each.facts[place]
+            excess = abs(velocity) - abs(datum.value)
+            row["possible"] &= -fitting.vibration() - datum.rounding <= excess <= datum.rounding
             row[f"{end}_velocity"] = velocity
         rows.append(row)
     return pd.DataFrame(rows)
@@ -189,7 +189,7 @@ def misfit(ratios: pd.DataFrame) -> pd.Series:
 
 # ---- figures and tables beside the page
 
-_BESIDE = {"O": (8, -9), "A": (7, 4), "B": (3, 5), "H": (4, 4), "C": (3, 6), "F": (-12, -3)}
+_OFFSETS = {"O": (8, -9), "A": (7, 4), "B": (3, 5), "H": (4, 4), "C": (3, 6), "F": (-12, -3)}
 """Joint -> offset of its letter, points: clear of the links and of the other letters."""
 
 
@@ -197,9 +197,9 @@ def draw(results: Results, folder: Path) -> None:
     """Draw the best press and the second at the ends of the stroke; write fits and peaks as CSV."""
     peaks = results.ratios.assign(misfit=misfit(results.ratios)).rename_axis(["varied", "value"])
     write_csv({"arrangements": ranking(results.fits), "peaks": peaks.reset_index()}, folder)
-    with svg.panels(folder / "press.svg", 1, 2, height=3.1, sharex=True, sharey=True) as both:
-        for axes, each, word in zip(both, results.fits, ("best", "second"), strict=False):
-            angle = radians(each.shown[0]) + each.topology.crank * np.linspace(0.0, 2 * np.pi, 721)
+    with svg.panels(folder / "press.svg", 1, 2, height=3.1, sharex=True, sharey=True) as panels:
+        for axes, each, word in zip(panels, results.fits, ("best", "second"), strict=False):
+            angle = radians(each.facts[0]) + each.topology.crank * np.linspace(0.0, 2 * np.pi, 721)
             cycle = fitting.motion(each.geometry, each.topology, fitting.table_1()[0], angle)
             for path_of in (cycle.C, cycle.A):
                 axes.plot(path_of.real, path_of.imag, color=svg.LIMIT, lw=0.8)
@@ -212,12 +212,12 @@ def draw(results: Results, folder: Path) -> None:
             joints = {"O": 0j, "H": H} | {name: getattr(cycle, name)[0] for name in "ABCF"}
             for name, point in joints.items():
                 at_point = (point.real, point.imag)
-                axes.annotate(name, at_point, xytext=_BESIDE[name], textcoords="offset points")
+                axes.annotate(name, at_point, xytext=_OFFSETS[name], textcoords="offset points")
             axes.margins(x=0.15, y=0.1)
             axes.set(aspect="equal", xlabel="position x (m)")
             axes.set_title(f"{word}: misfit {each.misfit:.2g}", fontsize=9)
-        both[0].set_ylabel("position y (m)")
-        svg.legend_above(both[0])
+        panels[0].set_ylabel("position y (m)")
+        svg.legend_above(panels[0])
 
 
 STUDY = Study(

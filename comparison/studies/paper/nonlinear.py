@@ -1,4 +1,4 @@
-"""Whether the press is chaotic: exponents of both models at several tolerances."""
+"""Chaos of the press: exponents of both models at several tolerances."""
 
 from collections.abc import Mapping, Sequence
 from itertools import product
@@ -20,90 +20,88 @@ from comparison.studies.paper.figures import COLOURS
 from comparison.studies.shared.study import Study, part, write_csv
 
 MAIN = "150rpm-0.2mm"
-FORGETTING = "adams-impact"
+ADAMS = "adams-impact"
 """The main scene with a damping that does not depend on the speed of a contact's first touch."""
-USUAL = {"reference": 1e-12, "exudyn": 1e-10}  # tolerances of the models where only one is run
+TOLERANCE = {"reference": 1e-12, "exudyn": 1e-10}  # tolerances of the models where only one is run
 DISTANCES = {"reference": (1e-10, 1e-9, 1e-8, 1e-7, 1e-6), "exudyn": (1e-8, 1e-7)}
 """m, of perturbed runs from their orbit."""
-NEAR = 0.01
+NEIGHBOURHOOD = 0.01
 """Of the largest scatter over the angles: perturbed runs that start farther away are no neighbours."""
 SHIPPED = ""
-UNPRINTED: dict[str, dict[str, object]] = {
+VALUES: dict[str, dict[str, object]] = {
     SHIPPED: {},
     " without gravity": {"environment.gravity": 0.0},
     " at a corner radius of 4 mm": {"contact.corner_radius": 4e-3},
 }
 """Values that the paper does not print in place of the shipped ones: gravity, an end of a drawn range."""
 ANGLES = 40  # samples a cycle of a long run
-REPEATED = 1e-6  # m of scatter below which the motion repeats: a hundredth of the narrowest clearance
+REPETITION = 1e-6  # m of scatter below which the motion repeats: a hundredth of the narrowest clearance
 
 
 class Config(NamedTuple):
-    """How much is run."""
+    """Extent of the runs."""
 
     scenes: tuple[str, ...]  # the first is `MAIN`
     tolerances: Mapping[str, tuple[float, ...]]
     """Model -> those of the perturbed runs of the main scene; the reference's in all scenes."""
     cycles: Mapping[str, int]  # model -> cycles through which these are followed
-    long: int  # cycles of a run of the reference that shows how far the states scatter
+    long: int  # cycles of a run of the reference that shows the scatter of the states
 
 
 class Results(NamedTuple):
-    """Exponents of all runs, and the largest scatter of each scene's states, m, by `UNPRINTED`."""
+    """Exponents of all runs, and the largest scatter of each scene's states, m, by `VALUES`."""
 
     config: Config
-    measured: dict[Key, list[Exponent]]  # one a distance; none where they cannot be followed
+    runs: dict[Key, list[Exponent]]  # one a distance; none where they cannot be followed
     best: dict[Key, Exponent]  # of these the ones to believe
     scatter: dict[str, dict[str, float]]
 
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
     """Follow perturbed runs and run the long ones, each of which must succeed."""
-    names = (*config.scenes, FORGETTING)
-    followed = [(name, "reference", tol) for name in config.scenes for tol in config.tolerances["reference"]]
-    followed += [(MAIN, "exudyn", tol) for tol in config.tolerances["exudyn"]]
-    followed += [(name, "exudyn", USUAL["exudyn"]) for name in config.scenes if name != MAIN]
-    followed += [(FORGETTING, model, USUAL[model]) for model in MODELS]
-    chains = [
-        exponents.Chain(_scene(*key), key[1], config.cycles[key[1]], DISTANCES[key[1]]) for key in followed
-    ]
+    names = (*config.scenes, ADAMS)
+    keys = [(name, "reference", tol) for name in config.scenes for tol in config.tolerances["reference"]]
+    keys += [(MAIN, "exudyn", tol) for tol in config.tolerances["exudyn"]]
+    keys += [(name, "exudyn", TOLERANCE["exudyn"]) for name in config.scenes if name != MAIN]
+    keys += [(ADAMS, model, TOLERANCE[model]) for model in MODELS]
+    chains = [exponents.Chain(_scene(*key), key[1], config.cycles[key[1]], DISTANCES[key[1]]) for key in keys]
     rows = measure_all(exponents.measure, chains, on_processes(n_jobs), part(on_progress, 0.0, 0.7))
     by_distance = [[Exponent(*each) for each in row.get("exponents", [])] for row in rows]
-    measured = dict(zip(followed, by_distance, strict=True))
-    sparse = {"output.groups": [], "output.samples_per_cycle": ANGLES, "drive.cycles": float(config.long)}
-    which = list(product(UNPRINTED, names))
-    scenes = [_scene(name, "reference", USUAL["reference"]).with_values(UNPRINTED[of]) for of, name in which]
-    jobs = [Job(scene.with_values(sparse), "reference") for scene in scenes]
-    scatter: dict[str, dict[str, float]] = {of: {} for of in UNPRINTED}
+    runs = dict(zip(keys, by_distance, strict=True))
+    sampling = {"output.groups": [], "output.samples_per_cycle": ANGLES, "drive.cycles": float(config.long)}
+    pairs = list(product(VALUES, names))
+    scenes = [_scene(name, "reference", TOLERANCE["reference"]).with_values(VALUES[of]) for of, name in pairs]
+    jobs = [Job(scene.with_values(sampling), "reference") for scene in scenes]
+    scatter: dict[str, dict[str, float]] = {of: {} for of in VALUES}
     outcomes = run_all(jobs, n_jobs, part(on_progress, 0.7, 1.0))
-    for (of, name), job, outcome in zip(which, jobs, outcomes, strict=True):
+    for (of, name), job, outcome in zip(pairs, jobs, outcomes, strict=True):
         states = exponents.states(table_of(outcome, job), job.scene) * exponents.scale(job.scene)
         later = exponents.by_cycle(states, job.scene)[TRANSIENT:]
         scatter[of][name] = float(np.linalg.norm(later.std(axis=0), axis=1).max())
-    return Results(config, measured, believed(measured, scatter[SHIPPED]), scatter)
+    return Results(config, runs, choose(runs, scatter[SHIPPED]), scatter)
 
 
 def _scene(name: str, model: str, tolerance: float) -> Scene:
     """Return a scene at a tolerance of a model; Exudyn integrates the tree (rod 4 and slider)."""
-    fixed: dict[str, object] = {f"solver.{model}.tolerance": tolerance}
+    values: dict[str, object] = {f"solver.{model}.tolerance": tolerance}
     if model == "exudyn":
-        fixed["solver.exudyn.formulation"] = "tree"
-    return load_scene(name, fixed)
+        values["solver.exudyn.formulation"] = "tree"
+    return load_scene(name, values)
 
 
-def believed(measured: Mapping[Key, Sequence[Exponent]], scatter: Mapping[str, float]) -> dict[Key, Exponent]:
+def choose(runs: Mapping[Key, Sequence[Exponent]], scatter: Mapping[str, float]) -> dict[Key, Exponent]:
     """Return the exponent to believe of each orbit that could be followed.
 
     Of the distances (each has one exponent) at which perturbed runs are neighbours, by the largest scatter of
     a scene's states (m), the smallest at which it is measured; where it is nowhere, the lowest bound.
     """
     best = {}
-    for (name, model, tolerance), each in measured.items():
+    for (name, model, tolerance), each in runs.items():
         pairs = zip(each, DISTANCES[model], strict=False)
-        near = [e for e, distance in pairs if distance <= NEAR * scatter[name]] or each[:1]
-        if near:
-            lowest = min(near, key=lambda e: e.value)
-            best[name, model, tolerance] = next((e for e in near if e.measured), lowest)
+        neighbours = [e for e, distance in pairs if distance <= NEIGHBOURHOOD * scatter[name]] or each[:1]
+        if neighbours:
+            lowest = min(neighbours, key=lambda e: e.value)
+            best[name, model, tolerance] = next((e for e in neighbours if e.measured), lowest)
     return best
 
 
@@ -122,8 +120,8 @@ def frame(results: Results) -> pd.DataFrame:
             "upper_bound": not e.measured,
             "believed": e == results.best[name, model, tolerance],
         }
-        for (name, model, tolerance), measured in results.measured.items()
-        for distance, e in zip(DISTANCES[model], measured, strict=False)
+        for (name, model, tolerance), by_distance in results.runs.items()
+        for distance, e in zip(DISTANCES[model], by_distance, strict=False)
     )
 
 
@@ -131,7 +129,7 @@ def frame(results: Results) -> pd.DataFrame:
 
 
 def page(results: Results) -> dict[str, object]:
-    """Return what the template asks."""
+    """Return the variables of the template."""
     config, best = results.config, results.best
     return {
         "config": config,
@@ -139,18 +137,18 @@ def page(results: Results) -> dict[str, object]:
         "answer": pd.DataFrame(
             answer(best, name)
             | {f"scatter{of}": quantity(sizes[name], "m", 2) for of, sizes in results.scatter.items()}
-            for name in (*config.scenes, FORGETTING)
+            for name in (*config.scenes, ADAMS)
         ),
         "angles": ANGLES,
         "repeating": {
-            of: [name for name in config.scenes if results.scatter[of][name] < REPEATED] for of in UNPRINTED
+            of: [name for name in config.scenes if results.scatter[of][name] < REPETITION] for of in VALUES
         },
-        "repeated": REPEATED,
+        "repeated": REPETITION,
     }
 
 
 def answer(best: Mapping[Key, Exponent], name: str) -> dict[str, str]:
-    """Return for a scene whether it is chaotic, its exponents, and how many runs measure them."""
+    """Return a scene's verdict on chaos, its exponents, and the number of runs that measure them."""
     line = {"scene": name, "verdict": f"**{verdict(best, name).value}**"}
     for model in MODELS:
         runs = [e for key, e in best.items() if key[:2] == (name, model)]
@@ -167,7 +165,7 @@ def answer(best: Mapping[Key, Exponent], name: str) -> dict[str, str]:
 def draw(results: Results, folder: Path) -> None:
     """Draw the exponents to believe with their intervals (hollow: an upper bound); write all as a table."""
     write_csv({"exponents": frame(results)}, folder, "%.6g")
-    names = (*results.config.scenes, FORGETTING)
+    names = (*results.config.scenes, ADAMS)
     with svg.panels(folder / "exponents.svg", height=0.42 * len(names) + 1.0) as (axes,):
         for row, name in enumerate(names):
             runs = [(model, e) for (scene, model, _), e in results.best.items() if scene == name]

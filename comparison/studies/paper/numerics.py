@@ -4,8 +4,8 @@
 not from a model. The paper names ode15s and no setting. Its defaults are RelTol 1e-3 and AbsTol 1e-6
 (MathWorks, odeset) on the largest of the 30 components; scipy's BDF is of the same family, but takes the root
 mean square: at tolerances smaller by sqrt(30) it is at least as strict, so that ode15s lies between
-`DEFAULTS`. No contact is located. Where contacts chatter the last bits of a tolerance decide what a run
-shows, which makes it one draw: each setting is run several times.
+`DEFAULTS`. No contact is located. Where contacts chatter the last bits of a tolerance decide the numbers
+of a run, which makes it one draw: each setting is run several times.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,7 +27,7 @@ from comparison.reliability.errors import QUANTITIES
 from comparison.scene import Scene, load_scene
 from comparison.scene.schema import PARTNERS
 from comparison.studies.paper.runs import DATA, PEAKS, RANGES, numbers
-from comparison.studies.shared.scenes import settable
+from comparison.studies.shared.scenes import key_values
 from comparison.tables.channels import Array
 
 NORM = sqrt(30)  # of the components of the state, between both norms
@@ -44,7 +44,7 @@ class Setting(NamedTuple):
     relative: float
     absolute: float  # m, rad and their rates
     gain: float  # alpha = beta, 1/s
-    inside: bool  # whether the right-hand side itself remembers the impact speed, or each accepted step
+    inside: bool  # the right-hand side itself remembers the impact speed; else each accepted step does
 
 
 class Press(NamedTuple):
@@ -66,7 +66,7 @@ class Press(NamedTuple):
 
 def press(scene: Scene) -> Press:
     """Return the numbers of a scene; its contact law is that of points, Eqs. 9 to 11."""
-    data, key = scene.data, settable(scene.data)
+    data, key = scene.data, key_values(scene.data)
     parts, contact, friction, initial = (data[k] for k in ("mechanism", "contact", "friction", "initial"))
     bodies = [parts[name] for name in ("crank", "rod2", "rocker", "rod4", "slider")]
     (l1, l2, l3, l4), (s1, s2, s3, s4) = ([rod[k] for rod in bodies[:4]] for k in ("length", "centroid"))
@@ -103,10 +103,10 @@ def closure(p: Press, t: float, x: float, shift: Array) -> Array:
     one = p.drive[0] + p.drive[1] * t
     tip = p.lengths[0] * np.array([cos(one), sin(one)]) + shift
     way = p.pivot - tip
-    far = sqrt(way[0] ** 2 + way[1] ** 2)
-    along = (far**2 + p.lengths[1] ** 2 - p.lengths[2] ** 2) / (2 * far)
+    distance = sqrt(way[0] ** 2 + way[1] ** 2)
+    along = (distance**2 + p.lengths[1] ** 2 - p.lengths[2] ** 2) / (2 * distance)
     across = p.branches[0] * sqrt(p.lengths[1] ** 2 - along**2)
-    middle = tip + (along * way + across * np.array([-way[1], way[0]])) / far
+    middle = tip + (along * way + across * np.array([-way[1], way[0]])) / distance
     two = atan2(middle[1] - tip[1], middle[0] - tip[0])
     three = atan2(middle[1] - p.pivot[1], middle[0] - p.pivot[0])
     end = p.pivot + p.lengths[4] * np.array([cos(three), sin(three)])
@@ -195,10 +195,10 @@ def derivative(p: Press, t: float, state: Array, gain: float, memory: Array, ins
             force[13] += along
             force[14] += x * along - y * across
         phi, jacobian, rate, gamma = constraints(p, t, q, v)
-        wanted = gamma[:13] - 2.0 * gain * rate[:13] - gain**2 * phi[:13]
+        target = gamma[:13] - 2.0 * gain * rate[:13] - gain**2 * phi[:13]
         rows = jacobian[:13].copy()
         light = rows / p.mass
-        multipliers = np.linalg.solve(light @ rows.T, light @ force - wanted)
+        multipliers = np.linalg.solve(light @ rows.T, light @ force - target)
         rates[:15, column] = v
         rates[15:, column] = (force - rows.T @ multipliers) / p.mass
     return rates
@@ -236,10 +236,10 @@ def bound(name: str) -> float:
     pin = 0.0 if scene.data["joints"]["crank_pin"] == "ideal" else scene.data["clearance"]["crank_pin"]
     p, times = press(scene), np.linspace(0.0, scene.period, 721)
     turns = np.linspace(0.0, 2 * np.pi, 73)[:-1]
-    moved = [(p.lines[1], pin * np.array([cos(a), sin(a)])) for a in turns]
+    positions = [(p.lines[1], pin * np.array([cos(a), sin(a)])) for a in turns]
     if not pin:
-        moved = [(p.lines[0] + side * p.half[2], np.zeros(2)) for side in (-1, 1)]
-    y = [[closure(p, t, *each)[13] for t in times] for each in moved]
+        positions = [(p.lines[0] + side * p.half[2], np.zeros(2)) for side in (-1, 1)]
+    y = [[closure(p, t, *each)[13] for t in times] for each in positions]
     return float(np.abs(np.array(y) - ideal(p, times)[0]).max())
 
 
@@ -267,7 +267,7 @@ def integrate(p: Press, setting: Setting, times: Array) -> tuple[Array, Array]:
     if not setting.inside:
         remember(state)
     solver = BDF(rates, 0.0, state, times[-1], rtol=setting.relative, atol=setting.absolute, vectorized=True)
-    at, shown = [], []
+    at, samples = [], []
     while solver.status == "running":
         if message := solver.step():
             raise ArithmeticError(message)
@@ -279,10 +279,10 @@ def integrate(p: Press, setting: Setting, times: Array) -> tuple[Array, Array]:
             for k, t in enumerate(instants)
         ]
         at.append(instants)
-        shown.append(np.vstack([states[[12, 13, 27, 28]], ay]))
+        samples.append(np.vstack([states[[12, 13, 27, 28]], ay]))
         if not setting.inside:
             remember(solver.y)
-    return np.concatenate(at), np.hstack(shown)
+    return np.concatenate(at), np.hstack(samples)
 
 
 @dataclass(frozen=True)
@@ -297,14 +297,14 @@ class Run(Task):
 
 
 def measure_run(task: Run, progress: Progress) -> Row:
-    """Return ``values``: id -> what the run shows of it, signed, peaks those of the second cycle."""
+    """Return ``values``: id -> reading of the run, signed, peaks those of the second cycle."""
     del progress
     p, period = press(task.scene), task.scene.period
     times: Array = np.linspace(0.0, 2 * period, 2 * task.samples + 1)[1:]
     bits = task.setting.absolute * (1.0 + task.draw * np.finfo(np.float64).eps)
     at, run = integrate(p, task.setting._replace(absolute=bits), times)
-    still, first = ideal(p, at), ideal(p, np.zeros(1))
-    motion = {"slider_x": p.lines[1], "slider_vx": 0.0, **dict(zip(QUANTITIES.values(), still, strict=True))}
+    exact, first = ideal(p, at), ideal(p, np.zeros(1))
+    motion = {"slider_x": p.lines[1], "slider_vx": 0.0, **dict(zip(QUANTITIES.values(), exact, strict=True))}
     origins = {"start": {"slider_x": p.lines[1], "slider_y": first[0, 0]}, "nothing": {}, "motion": motion}
     values, rows = {}, numbers()
     for name, quantity in rows.loc[rows["scene"] == task.scene.name, "quantity"].items():
@@ -314,8 +314,8 @@ def measure_run(task: Run, progress: Progress) -> Row:
         elif quantity.startswith("range_"):
             kind, _, end = quantity.rpartition("_")
             channel, origin = RANGES[kind]
-            off = run[CHANNELS[channel]] - origins[origin].get(channel, 0.0)
-            values[name] = float(off.max() if end == "high" else off.min())
+            deviation = run[CHANNELS[channel]] - origins[origin].get(channel, 0.0)
+            values[name] = float(deviation.max() if end == "high" else deviation.min())
     return {"values": values}
 
 
@@ -337,20 +337,20 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> pd.Dat
         for draw in range(config.draws if pair in DEFAULTS else 1)
     ]
     rows = []
-    done = measure_all(measure_run, tasks, on_processes(n_jobs, LIMIT), on_progress)
-    for task, row in zip(tasks, done, strict=True):
-        own = {"scene": task.scene.name, **task.setting._asdict(), "default": task.setting[:2] in DEFAULTS}
-        own |= {"draw": task.draw, "status": row["status"]}
+    results = measure_all(measure_run, tasks, on_processes(n_jobs, LIMIT), on_progress)
+    for task, row in zip(tasks, results, strict=True):
+        head = {"scene": task.scene.name, **task.setting._asdict(), "default": task.setting[:2] in DEFAULTS}
+        head |= {"draw": task.draw, "status": row["status"]}
         for name, value in row.get("values", {"": np.nan}).items():
-            rows.append({"id": name, **own, "value": value})
+            rows.append({"id": name, **head, "value": value})
     return pd.DataFrame(rows)
 
 
 def u_d(runs: pd.DataFrame, converged: Mapping[str, float]) -> dict[str, float]:
-    """Return by id what the solver's error leaves open of a size at `DEFAULTS`, stabilized, over that size.
+    """Return by id the solver's relative error of a size at `DEFAULTS`, stabilized.
 
-    That share which 95 % of the runs do not exceed, of |size / converged size - 1|.
+    It is the bound of |size / converged size - 1| in 95 % of the runs.
     """
-    own = runs[runs["default"] & (runs["gain"] > 0)].dropna(subset=["value"])
-    off = (own["value"].abs() / own["id"].map(converged) - 1.0).abs()
-    return {str(name): float(share) for name, share in off.groupby(own["id"]).quantile(DATA["level"]).items()}
+    runs = runs[runs["default"] & (runs["gain"] > 0)].dropna(subset=["value"])
+    miss = (runs["value"].abs() / runs["id"].map(converged) - 1.0).abs()
+    return {str(key): float(share) for key, share in miss.groupby(runs["id"]).quantile(DATA["level"]).items()}

@@ -17,10 +17,10 @@ from comparison.report import svg
 from comparison.report.figures import against_angle
 from comparison.scene import Scene, load_scene
 from comparison.studies.shared.scenes import at_tier
-from comparison.studies.shared.study import Study, crossed, write_csv
+from comparison.studies.shared.study import Study, cross_table, write_csv
 from comparison.words.reliability import format_reliability
 
-LEFT_OUT = 1
+TRANSIENT = 1
 """Cycles at the start of a long run, which still depend on the initial position of the slider."""
 
 
@@ -42,22 +42,22 @@ class Results(NamedTuple):
 
 def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Results:
     """Run the cases and the ideal mechanism by both models; `RunError` if one does not succeed."""
-    scenes, planned = {}, {}
+    scenes, plans = {}, {}
     start = load_scene(CASES[0]).data["mechanism"]["crank_angle_deg"]
     for name in config.cases:
         values = {"drive.cycles": float(config.cycles), "output.samples_per_cycle": config.samples}
         values["mechanism.crank_angle_deg"] = start  # the workpiece's own scene begins elsewhere
         scene = scenes[name] = at_tier(load_scene(name, values), "tight")
         for model in MODELS:
-            planned[name, model, "actual"] = levels(dense_scene(scene), model)
-            planned[name, model, "ideal"] = ideal_scenes(scene, model)
-    jobs = [Job(variant, model) for (_, model, _), each in planned.items() for variant in each.values()]
+            plans[name, model, "actual"] = levels(dense_scene(scene), model)
+            plans[name, model, "ideal"] = ideal_scenes(scene, model)
+    jobs = [Job(variant, model) for (_, model, _), each in plans.items() for variant in each.values()]
     tables = map(table_of, run_all(jobs, n_jobs, on_progress), jobs)
     each_run = {
         (name, model, motion): Runs(
             refinement=refinement(model, variants["base"]), **dict(zip(variants, tables, strict=False))
         )
-        for (name, model, motion), variants in planned.items()
+        for (name, model, motion), variants in plans.items()
     }
     long = {}
     for name, scene in scenes.items():
@@ -67,7 +67,7 @@ def measure(config: Config, n_jobs: int, on_progress: Progress | None) -> Result
         }
         limits, k = scene.reliability, thresholds("tight").k
         long[name] = compare_reliability(
-            pair["actual"], pair["ideal"], scene.period, limits, k, LEFT_OUT * scene.period
+            pair["actual"], pair["ideal"], scene.period, limits, k, TRANSIENT * scene.period
         )
     return Results(config, scenes, long)
 
@@ -94,21 +94,21 @@ def differences(by_scene: dict[str, dict[str, Difference]]) -> pd.DataFrame:
 
 
 def page(results: Results) -> dict[str, object]:
-    """Return what the template asks."""
+    """Return the variables of the template."""
     long, settings = differences(results.long), next(iter(results.scenes.values())).reliability
-    said = long.loc[long.filter(regex="_smallest$").max(axis=1).round(5) > 0, "verdict"]
-    idle, loaded = (long[long["scene"] == name].set_index("quantity") for name in (CASES[0], LOADED))
+    verdicts = long.loc[long.filter(regex="_smallest$").max(axis=1).round(5) > 0, "verdict"]
+    idle, loads = (long[long["scene"] == name].set_index("quantity") for name in (CASES[0], WORKPIECE))
     limits = (f"{name} {quantity(getattr(settings, name).upper, unit_of(name))}" for name in QUANTITIES)
     return {
         "config": results.config,
         "long": long,
-        "verdicts": {name: int((said == name).sum()) for name in ("agree", "undecided", "differ")},
+        "verdicts": {name: int((verdicts == name).sum()) for name in ("agree", "undecided", "differ")},
         "settings": settings,
         "limits": ", ".join(limits),
         "cap": f"{cap(settings.displacement):.10f}",
         "margin": f"{MARGIN:g}",
         "smallest": _by_quantity(long),
-        "loads": loaded.join(idle.add_suffix("_idle")),
+        "loads": loads.join(idle.add_suffix("_idle")),
         "rounded": format_reliability,
     }
 
@@ -120,7 +120,7 @@ def _by_quantity(rows: pd.DataFrame) -> str:
         both = dict.fromkeys(format_reliability(row[f"{model}_smallest"]) for model in MODELS)
         verdict = row["verdict"] if row["verdict"] == "agree" else f"**{row['verdict']}**"
         cells.append(f"{' and '.join(both)}, {verdict}")
-    return crossed("scene", list(rows["scene"]), list(rows["quantity"]), cells)
+    return cross_table("scene", list(rows["scene"]), list(rows["quantity"]), cells)
 
 
 def draw(results: Results, folder: Path) -> None:
@@ -132,11 +132,11 @@ def draw(results: Results, folder: Path) -> None:
 
 
 CASES = ("150rpm-0.2mm", "69GPa", "poisson-0.33", "90rpm-0.1mm", "90rpm-0.5mm", "300rpm-0.2mm", "crank-pin")
-LOADED = "workpiece"  # the first of them with a workpiece
+WORKPIECE = "workpiece"  # the first of them with a workpiece
 STUDY = Study(
     "reliability",
-    small=Config(("150rpm-0.2mm", LOADED), 3, 100),
-    full=Config((*CASES, LOADED), 11, 1000),
+    small=Config(("150rpm-0.2mm", WORKPIECE), 3, 100),
+    full=Config((*CASES, WORKPIECE), 11, 1000),
     measure=measure,
     page=page,
     draw=draw,

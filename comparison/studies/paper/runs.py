@@ -1,7 +1,7 @@
-"""The paper's conditions by both models: what is run, and what a run shows in place of a printed number.
+"""The paper's conditions by both models: the runs, and their readings in place of the printed numbers.
 
-And what the paper does not print, or rounds, drawn at random and propagated to its numbers by the reference:
-the distributions, with their reasons, are in ``uncertainty.toml``.
+Values that the paper does not print, or rounds, are drawn at random and propagated to its numbers by the
+reference: the distributions, with their reasons, are in ``uncertainty.toml``.
 """
 
 import tomllib
@@ -28,7 +28,7 @@ from comparison.scene import Scene, load_scene
 from comparison.scene.schema import Limits
 from comparison.studies.paper import fitting
 from comparison.studies.shared.published import CONDITION, printed_rows
-from comparison.studies.shared.scenes import at_tier, settable
+from comparison.studies.shared.scenes import at_tier, key_values
 from comparison.tables.channels import Array, BoolArray
 from comparison.tables.table import Table
 
@@ -58,7 +58,7 @@ RANGES = {
     "range_y_error": ("slider_y", "motion"),
     "range_y_velocity_error": ("slider_vy", "motion"),
 }
-"""Of Fig. 14: the channel, and what of the ideal slider is taken off: its start, nothing, or its motion."""
+"""Of Fig. 14: the channel, and the part of the ideal slider taken off: its start, nothing, or its motion."""
 REACH = 0.025
 """Of a cycle, 9 degrees of the crank: a peak this close to the printed instant is the same passage. Three
 times the 0.8 % by which the paper's own instants of one peak differ (0.4110 s and 0.4141 s)."""
@@ -67,15 +67,15 @@ GOLDEN, PIN_NUDGE = (5**0.5 - 1) / 2, 1e-7
 
 
 class Config(NamedTuple):
-    """How much is run."""
+    """Extent of the runs."""
 
     samples: int
     """A cycle, of the two: 40 us apart at 150 rpm, where half of the contacts last more than 200 us."""
     long_samples: int  # a cycle, of many cycles; divides the former
     cycles: int  # of the central case, as in Figs. 14 and 15
-    fewer: int = 0  # of the other cases, which the paper does not follow so long
+    fewer: int = 0  # of the other cases: the paper follows them through fewer
     members: int = 1  # runs of two cycles from other starts
-    draws: int = 0  # of what the paper does not print, or rounds, without gravity as many
+    draws: int = 0  # of values that the paper does not print, or rounds, without gravity as many
     long_draws: int = 0  # of the same, where runs are long: of many cycles, of variants
 
 
@@ -110,7 +110,7 @@ class Runs:
         a, b = (self.short[CENTRAL, model][0] for model in MODELS)
         others = {"code": b, "law": self.adams[MODELS[0]], "law and code": self.adams[MODELS[1]]}
         return {
-            name: {channel: (other.values(channel) - a.values(channel))[second(a)] for channel in CHANNELS}
+            name: {each: (other.values(each) - a.values(each))[second_cycle(a)] for each in CHANNELS}
             for name, other in others.items()
         }
 
@@ -134,23 +134,23 @@ class Runs:
 
     def long_errors(self, scene: str, model: str, channel: str) -> Array:
         """Return actual - ideal over many cycles, a row each, shape (cycles, long_samples)."""
-        samples, every = self.config.samples, self.config.samples // self.config.long_samples
-        ideal = self.ideal[scene, model].values(channel)[:samples:every]
+        samples, stride = self.config.samples, self.config.samples // self.config.long_samples
+        ideal = self.ideal[scene, model].values(channel)[:samples:stride]
         return self.by_cycle(scene, model, channel) - ideal
 
-    def in_the_bearing(self, model: str, x: str, y: str) -> NDArray[np.complex128]:
+    def pin_vector(self, model: str, x: str, y: str) -> NDArray[np.complex128]:
         """Return two channels of the crank pin in the second cycle as x + iy, shape (n,)."""
         run = self.pin[model]
-        both: NDArray[np.complex128] = run.values(x) + 1j * run.values(y)
-        return both[second(run)]
+        vector: NDArray[np.complex128] = run.values(x) + 1j * run.values(y)
+        return vector[second_cycle(run)]
 
 
-def second(run: Table) -> BoolArray:
-    """Return where the two cycles are in their second, both ends included, up to rounding."""
+def second_cycle(run: Table) -> BoolArray:
+    """Return a mask of the second of two cycles, both ends included, up to rounding."""
     return np.asarray(run.time >= run.time[-1] / 2 * (1 - 1e-9))
 
 
-# ---- what is run
+# ---- runs
 
 
 def _two_cycles(config: Config, name: str, *groups: str) -> Scene:
@@ -195,14 +195,14 @@ def simulate(config: Config, n_jobs: int, on_progress: Progress | None) -> Runs:
     # the pin off its bearing in the second cycle, at 0.25 us it flies for 5 % of the time. That is not
     # converged in either model: with the reference it flies for 0, 3 and 17 % at 1e-11, 1e-12 and 1e-13.
     pin = _two_cycles(config, PIN, "joints", "corners")
-    usual = [(scene, model) for scene, model in pairs if model == MODELS[0] or scene == CENTRAL]
+    standard = [(scene, model) for scene, model in pairs if model == MODELS[0] or scene == CENTRAL]
     jobs = [
         *(Job(short_scene(config, scene, k), model) for scene, model in pairs for k in range(config.members)),
         *(Job(ideal_scene(config, scene), model) for scene, model in pairs),
         *(Job(long_scene(config, scene), model) for scene, model in many),
         *(Job(pin, model) for model in MODELS),
         *(Job(short_scene(config, ADAMS), model) for model in MODELS),
-        *(Job(_two_cycles(config, scene, "accelerations"), model) for scene, model in usual),
+        *(Job(_two_cycles(config, scene, "accelerations"), model) for scene, model in standard),
     ]
     tables = map(table_of, run_all(jobs, n_jobs, on_progress), jobs)
     return Runs(
@@ -212,18 +212,18 @@ def simulate(config: Config, n_jobs: int, on_progress: Progress | None) -> Runs:
         long=dict(zip(many, islice(tables, len(many)), strict=True)),
         pin=dict(zip(MODELS, islice(tables, len(MODELS)), strict=True)),
         adams=dict(zip(MODELS, islice(tables, len(MODELS)), strict=True)),
-        standard=dict(zip(usual, tables, strict=True)),
+        standard=dict(zip(standard, tables, strict=True)),
     )
 
 
-# ---- what a run shows in place of a printed number
+# ---- readings: numbers of a run in place of the printed ones
 
 CAP = cap(Limits(upper=1.0))  # reliability without any error, whatever the limit
 
 
-def lacking(limit: float, assessed: Assessment) -> Array:
-    """Return what reliabilities miss to the cap with another upper limit, the lower zero, shape (bins,)."""
-    return CAP - reliability(Limits(upper=limit), assessed.mean, assessed.deviation)
+def lack(limit: float, assessment: Assessment) -> Array:
+    """Return reliabilities' distances to the cap with another upper limit, the lower zero, shape (bins,)."""
+    return CAP - reliability(Limits(upper=limit), assessment.mean, assessment.deviation)
 
 
 def scene_of(identifier: str) -> str:
@@ -245,36 +245,36 @@ def numbers() -> pd.DataFrame:
     return first.assign(ids=ids.to_numpy(), scene=[scene_of(str(name)) for name in first.index])
 
 
-class Shown(NamedTuple):
+class Reading(NamedTuple):
     """Value of a run in place of a printed number, in its unit."""
 
     value: float
     time: float = nan
     """Of a largest error, s; of a smallest reliability its crank angle, deg."""
-    missed: float = 0.0  # by which its samples may miss it
+    shortfall: float = 0.0  # by which its samples may miss it
     other: float = nan
     """The same of the first cycle; of a range that from the second cycle on."""
     other_time: float = nan
 
 
-def missed(sizes: Array, largest: float) -> float:
-    """Return by how much samples may miss the largest of sizes: nothing where what is between is known.
+def shortfall(sizes: Array, largest: float) -> float:
+    """Return the amount by which samples may miss the largest of sizes: zero where a larger one is known.
 
-    A third of what every second one misses, as it falls with the square of the interval, or as much as the
-    parabola through the top is higher, if that is more: the one is blind to a top in the middle of two
-    samples, the other to a narrow one.
+    A third of the miss of every second sample, as it falls with the square of the interval, or the height
+    of the parabola through the top above it, if that is more: the one is blind to a top in the middle of
+    two samples, the other to a narrow one.
     """
     top = int(sizes.argmax())
     if largest > sizes[top]:
         return 0.0
     every_second = float(sizes[top] - min(sizes[::2].max(), sizes[1::2].max()))
     before, at, after = sizes[np.clip([top - 1, top, top + 1], 0, sizes.size - 1)].tolist()
-    curved = 2 * at - before - after
-    return max(every_second / 3, (after - before) ** 2 / (8 * curved) if curved else 0.0)
+    curvature = 2 * at - before - after
+    return max(every_second / 3, (after - before) ** 2 / (8 * curvature) if curvature else 0.0)
 
 
-def measure(identifier: str, runs: Runs, model: str, limits: Mapping[str, float]) -> Shown:
-    """Return what a model's run shows in place of a published row.
+def measure(identifier: str, runs: Runs, model: str, limits: Mapping[str, float]) -> Reading:
+    """Return the reading of a model's run in place of a published row.
 
     The largest error of the second cycle. The smallest reliability is that with the upper limit of its
     quantity, the lower zero.
@@ -282,30 +282,30 @@ def measure(identifier: str, runs: Runs, model: str, limits: Mapping[str, float]
     scene, quantity = scene_of(identifier), str(printed_rows().loc[identifier, "quantity"])
     if channel := PEAKS.get(quantity):
         first, peak = (runs.by_member(scene, model, channel, cycle)[0] for cycle in (1, 2))
-        own = runs.errors(scene, model, channel)
-        sizes = np.abs(own[second(runs.ideal[scene, model])])
-        return Shown(peak.value, peak.time, missed(sizes, abs(peak.value)), first.value, first.time)
+        errors = runs.errors(scene, model, channel)
+        sizes = np.abs(errors[second_cycle(runs.ideal[scene, model])])
+        return Reading(peak.value, peak.time, shortfall(sizes, abs(peak.value)), first.value, first.time)
     if quantity.startswith("min_"):
         name = quantity.split("_")[1]
-        assessed = runs.reliabilities[scene, model][name]
-        lack = lacking(limits[name], assessed)
-        return Shown(CAP - float(lack.max()), float(assessed.angle[lack.argmax()]))
+        assessment = runs.reliabilities[scene, model][name]
+        lacks = lack(limits[name], assessment)
+        return Reading(CAP - float(lacks.max()), float(assessment.angle[lacks.argmax()]))
     ideal, samples = runs.ideal[CENTRAL, model], runs.config.samples
     y, velocity = ideal.values("slider_y"), ideal.values("slider_vy")
     if quantity == "lowest_displacement":
         at = samples + int(y[samples:].argmin())
-        return Shown(float(y[at] - y[0]), float(ideal.time[at]))
+        return Reading(float(y[at] - y[0]), float(ideal.time[at]))
     if quantity == "crank_angle_at_top_dead_centre":  # the zero of the velocity where y is highest
         at = samples // 2 + int(y[samples // 2 : -samples // 2].argmax())
         rise = (velocity[at + 1] - velocity[at - 1]) / 2
-        known = ideal.provenance.get("scene") or load_scene(IDEAL).data
-        start = float(known["mechanism"]["crank_angle_deg"])
-        turned = float((at - velocity[at] / rise) / samples - 1.0)
-        return Shown(start + 360.0 * turned, turned * float(ideal.time[-1]) / 2)
+        data = ideal.provenance.get("scene") or load_scene(IDEAL).data
+        start = float(data["mechanism"]["crank_angle_deg"])
+        turn = float((at - velocity[at] / rise) / samples - 1.0)
+        return Reading(start + 360.0 * turn, turn * float(ideal.time[-1]) / 2)
     return _range(quantity, runs, scene, model)
 
 
-def _range(quantity: str, runs: Runs, scene: str, model: str) -> Shown:
+def _range(quantity: str, runs: Runs, scene: str, model: str) -> Reading:
     """Return an end of a range over all cycles; ``other`` without the first one.
 
     Of coordinates that of the model's own extrema; of errors that of the samples, the first two cycles being
@@ -317,19 +317,19 @@ def _range(quantity: str, runs: Runs, scene: str, model: str) -> Shown:
         parts = [sign * row for row in runs.long_errors(scene, model, channel)]
         dense = sign * runs.errors(scene, model, channel)
         parts[:2] = np.array_split(dense, [runs.config.samples])
-        ends = [(float(part.max()), missed(part, -np.inf)) for part in parts]
-        whole, later = (max(ends[first:])[0] for first in (0, 1))
-        most = max(top + miss for top, miss in ends)
-        return Shown(sign * whole, missed=most - whole, other=sign * later)
+        ends = [(float(part.max()), shortfall(part, -np.inf)) for part in parts]
+        extreme, later_extreme = (max(ends[first:])[0] for first in (0, 1))
+        bound = max(top + miss for top, miss in ends)
+        return Reading(sign * extreme, shortfall=bound - extreme, other=sign * later_extreme)
     zero = float(runs.ideal[scene, model].values(channel)[0]) if origin == "start" else 0.0
     table = runs.long[scene, model]
     extremes, word = table.extrema[channel], "max" if end == "high" else "min"
     by_cycle = (table.cycle_extrema or {}).get(f"{channel}_{word}", [nan, nan])
-    rest = sign * float(np.max(sign * np.asarray(by_cycle[1:], dtype=np.float64)))
-    return Shown(extremes[word] - zero, other=rest - zero)
+    later = sign * float(np.max(sign * np.asarray(by_cycle[1:], dtype=np.float64)))
+    return Reading(extremes[word] - zero, other=later - zero)
 
 
-# ---- what is drawn
+# ---- draws
 
 DATA = tomllib.loads(files("comparison.studies.paper").joinpath("uncertainty.toml").read_text("utf-8"))
 INPUTS: list[dict[str, Any]] = DATA["input"]
@@ -338,7 +338,7 @@ SEED: int = DATA["seed"]
 REFERENCE, ATTEMPTS = "reference", 1000
 WITHOUT_CLEARANCE = {"joints.slider": "ideal", "joints.crank_pin": "ideal"}
 HYPOTHESES: dict[str, dict[str, object]] = {"gravity": {}, "none": {"environment.gravity": 0.0}}
-"""The paper does not mention gravity: what is changed in a scene, whose own is 9.81 m/s^2."""
+"""Changes of a scene, whose own gravity is 9.81 m/s^2: the paper does not mention it."""
 RODS = ("crank", "rod2", "rocker", "rod4")
 OFFSET, START, ANGLE = "mechanism.reference_offset", "initial.slider_offset", "mechanism.crank_angle_deg"
 
@@ -347,33 +347,33 @@ def value(one: Mapping[str, Any], middle: Mapping[str, Any], u: float) -> float:
     """Return the value of an input for a number u between -1 and 1; its middle for 0 where it has one."""
     if "within" in one:
         return float(u * middle[one["within"]])
-    known = middle[one["key"]]
-    return float(known * one["factor"] ** u if "factor" in one else known + one["half"] * u)
+    base = middle[one["key"]]
+    return float(base * one["factor"] ** u if "factor" in one else base + one["half"] * u)
 
 
 @cache
-def drawn(number: int) -> tuple[tuple[float, ...], fitting.Geometry, float]:
+def draw_inputs(number: int) -> tuple[tuple[float, ...], fitting.Geometry, float]:
     """Return the numbers u of `INPUTS`, a geometry and its dead centre (deg).
 
     Drawn until the geometry meets every printed fact within its allowance.
     """
     rng, facts = np.random.default_rng([SEED, number]), fitting.printed_facts()
     allowances, topology = facts["allowance"].to_numpy(), fitting.TOPOLOGIES[0]
-    printed, keys = fitting.table_1()[0], [one["key"] for one in INPUTS]
+    table, keys = fitting.table_1()[0], [one["key"] for one in INPUTS]
     for _ in range(ATTEMPTS):
-        own = tuple(rng.uniform(-1.0, 1.0, len(INPUTS)).tolist())
-        wanted = facts.assign(value=facts["value"] + allowances * rng.uniform(-1.0, 1.0, len(facts)))
-        lengths = {}
+        deviates = tuple(rng.uniform(-1.0, 1.0, len(INPUTS)).tolist())
+        targets = facts.assign(value=facts["value"] + allowances * rng.uniform(-1.0, 1.0, len(facts)))
+        by_rod = {}
         for rod in RODS:
             k = keys.index(f"mechanism.{rod}.length")
-            lengths[rod] = value(INPUTS[k], {keys[k]: getattr(printed, rod)}, own[k])
-        changed = fitting.Lengths(**lengths, rocker_centroid=lengths["rocker"] / 2)
-        known = (topology, wanted, allowances, changed)
-        best = least_squares(fitting.residuals, fitting.shipped_geometry(), args=known, x_scale=0.1)
-        fitted = fitting.Geometry(*best.x.tolist())
-        misses = fitting.residuals(fitted, topology, facts, allowances, changed)
+            by_rod[rod] = value(INPUTS[k], {keys[k]: getattr(table, rod)}, deviates[k])
+        lengths = fitting.Lengths(**by_rod, rocker_centroid=by_rod["rocker"] / 2)
+        arguments = (topology, targets, allowances, lengths)
+        best = least_squares(fitting.residuals, fitting.shipped_geometry(), args=arguments, x_scale=0.1)
+        geometry = fitting.Geometry(*best.x.tolist())
+        misses = fitting.residuals(geometry, topology, facts, allowances, lengths)
         if np.abs(misses).max() <= 1.0:
-            return own, fitted, float(fitting.shown(fitted, topology, changed)[1][0])
+            return deviates, geometry, float(fitting.facts_of(geometry, topology, lengths)[1][0])
     raise ValueError(f"draw {number}: no geometry meets the printed facts")
 
 
@@ -382,9 +382,9 @@ def draw(scene: Scene, number: int) -> dict[str, object]:
 
     The same number draws the same inputs in every scene. All rods are uniform: centroids are in the middle.
     """
-    own, geometry, top = drawn(number)
-    middle = settable(scene.data)
-    pairs = zip(INPUTS, own, strict=True)
+    deviates, geometry, top = draw_inputs(number)
+    middle = key_values(scene.data)
+    pairs = zip(INPUTS, deviates, strict=True)
     values: dict[str, float] = {one["key"]: value(one, middle, u) for one, u in pairs}
     values |= {f"mechanism.{rod}.centroid": values[f"mechanism.{rod}.length"] / 2 for rod in RODS}
     values[ANGLE] += top - middle[ANGLE]
@@ -394,14 +394,14 @@ def draw(scene: Scene, number: int) -> dict[str, object]:
 
 @dataclass(frozen=True)
 class Draw(Task):
-    """A draw of a scene: what it shows in place of published rows."""
+    """A draw of a scene: its readings in place of published rows."""
 
     name: str
     ids: tuple[str, ...]
     config: Config
     limits: Mapping[str, float]  # of the permitted error, by quantity
-    many: bool = False  # whether many cycles are run too
-    left_open: bool = True  # whether what the paper leaves open is drawn
+    many: bool = False  # many cycles are run too
+    left_open: bool = True  # values that the paper leaves open are drawn
     changes: Mapping[str, object] = field(default_factory=dict)  # of a hypothesis or a variant
     number: int = 0
     models = (REFERENCE,)
@@ -410,29 +410,29 @@ class Draw(Task):
 class Ensemble(NamedTuple):
     """Results of the draws."""
 
-    shown: pd.DataFrame  # a row a draw that succeeded, by its number; columns (id, field of `Shown`)
-    failures: list[str]  # of each that did not its status, or why the model refused it
+    readings: pd.DataFrame  # a row a draw that succeeded, by its number; columns (id, field of `Reading`)
+    failures: list[str]  # of each other draw its status, or the reason of the model's refusal
 
 
 def run_draws(draws: Sequence[tuple[Draw, int]], n_jobs: int, on_progress: Progress | None) -> list[Ensemble]:
-    """Run so many draws of each, from the first on; what ran before is not run again."""
+    """Run so many draws of each, from the first on; stored draws are not run again."""
     tasks = [replace(one, number=number) for one, count in draws for number in range(count)]
     rows = iter(measure_all(measure_draw, tasks, on_processes(n_jobs), on_progress))
     ensembles = []
     for one, count in draws:
         results = list(islice(rows, count))
-        shown = {number: row["shown"] for number, row in enumerate(results) if row["status"] == SUCCESS}
-        columns = pd.MultiIndex.from_product([one.ids, Shown._fields])
-        frame = pd.DataFrame.from_dict(shown, orient="index", columns=columns, dtype=np.float64)
-        failed = [row for row in results if row["status"] != SUCCESS]
-        # Of what is no status of a model the message is the reason.
-        reasons = [row["message" if row["status"] in ("bad input", CRASHED) else "status"] for row in failed]
+        readings = {number: row["shown"] for number, row in enumerate(results) if row["status"] == SUCCESS}
+        columns = pd.MultiIndex.from_product([one.ids, Reading._fields])
+        frame = pd.DataFrame.from_dict(readings, orient="index", columns=columns, dtype=np.float64)
+        rest = [row for row in results if row["status"] != SUCCESS]
+        # Where the status is none of a model's the message is the reason.
+        reasons = [row["message" if row["status"] in ("bad input", CRASHED) else "status"] for row in rest]
         ensembles.append(Ensemble(frame, reasons))
     return ensembles
 
 
 def measure_draw(task: Draw, progress: Progress) -> Row:
-    """Run a draw and return the `Shown` of each id, one after the other."""
+    """Run a draw and return the `Reading` of each id, one after the other."""
     del progress
     config, name = task.config, task.name
     base = short_scene(config, name)

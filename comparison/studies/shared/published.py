@@ -1,7 +1,7 @@
-"""The figures that the paper prints, from ``published_results.csv``, and what each is used for.
+"""The figures that the paper prints, from ``published_results.csv``, and the use of each.
 
 Column ``use``: "prediction" where nothing in the scenes was taken from the figure; "geometry" and "reference
-line" where the part identification fits these to it, or corrects by it what it fits; "reliability limit"
+line" where the part identification fits these to it, or corrects its fit by it; "reliability limit"
 where the study paper fits the limit of the permitted error to it; "cap" where it is the reliability of a
 mechanism without error, to its last printed digit; "misprint" where it cannot be what the authors computed.
 Column ``sight``: choices that were made with the figure in sight, though no number was fitted to it.

@@ -11,7 +11,7 @@ from comparison.scene.keys import flat
 from comparison.scene.schema import MATERIALS, PARTNERS
 
 
-def settable(data: Mapping[str, Any]) -> dict[str, Any]:
+def key_values(data: Mapping[str, Any]) -> dict[str, Any]:
     """Return values by dotted keys, those of a contact's materials for both partners and for each."""
     contact = data.get("contact")
     both = {key: contact[key.removeprefix("contact.")] for key in MATERIALS} if contact else {}

@@ -47,11 +47,11 @@ class Study(Generic[C, R]):
 
     def report(self, results: R, folder: Path) -> Path:
         """Write page, data and figures of results into a folder that is there; return the page's path."""
-        beside = folder / self.name if self.part_of else folder
-        beside.mkdir(exist_ok=True)
-        self.draw(results, beside)
+        assets = folder / self.name if self.part_of else folder
+        assets.mkdir(exist_ok=True)
+        self.draw(results, assets)
         if self.data is not None:
-            write_json(self.data(results), beside / f"{self.name}.json")
+            write_json(self.data(results), assets / f"{self.name}.json")
         page = folder / (f"{self.name}.md" if self.part_of else "README.md")
         write_text(self.text(results), page)
         return page
@@ -59,13 +59,13 @@ class Study(Generic[C, R]):
     def text(self, results: R) -> str:
         """Return the page: its template with the results."""
         folder, name = files("comparison.studies"), self.name.replace("-", "_")
-        own = folder / (self.part_of or name) / f"{name}.md"
-        template = own if own.is_file() else folder / f"{name}.md"
+        path = folder / (self.part_of or name) / f"{name}.md"
+        template = path if path.is_file() else folder / f"{name}.md"
         return _PAGES.from_string(template.read_text("utf-8")).render(self.page(results))
 
 
 def part(on_progress: Progress | None, start: float, end: float) -> Progress | None:
-    """Return the progress function of a part, which takes the whole from one share to another."""
+    """Return the progress function of a part, from one share of the whole to another."""
     return None if on_progress is None else lambda share: on_progress(start + (end - start) * share)
 
 
@@ -76,13 +76,13 @@ Columns = dict[Any, Callable[[Any], str]]  # a column of a frame, and the functi
 
 def markdown(frame: pd.DataFrame, columns: Mapping[Any, Callable[[Any], str]] | None = None) -> str:
     """Return a frame as a table, by default all columns as text; values and whole columns may be missing."""
-    shown: Columns = dict.fromkeys(frame, str) if columns is None else dict(columns)
-    values = frame.reindex(columns=list(shown)).to_dict("list")
-    written = [
+    writers: Columns = dict.fromkeys(frame, str) if columns is None else dict(columns)
+    values = frame.reindex(columns=list(writers)).to_dict("list")
+    cells = [
         [MISSING if pd.isna(value) else write(value) for value in values[name]]
-        for name, write in shown.items()
+        for name, write in writers.items()
     ]
-    return table([str(name) for name in shown], zip(*written, strict=True))
+    return table([str(name) for name in writers], zip(*cells, strict=True))
 
 
 def rows_table(rows: Iterable[Mapping[str, str]]) -> str:
@@ -91,11 +91,11 @@ def rows_table(rows: Iterable[Mapping[str, str]]) -> str:
     return "" if frame.empty else markdown(frame)
 
 
-def crossed(heading: str, rows: Sequence[str], columns: Sequence[str], cells: Sequence[str]) -> str:
+def cross_table(heading: str, rows: Sequence[str], columns: Sequence[str], cells: Sequence[str]) -> str:
     """Return cells as a table over the names of their rows and columns, each in the order of the first."""
-    named = pd.DataFrame({heading: rows, "column": columns, "cell": cells})
-    wide = named.pivot_table("cell", heading, "column", aggfunc="first", sort=False)
-    return markdown(wide.reset_index())
+    frame = pd.DataFrame({heading: rows, "column": columns, "cell": cells})
+    pivot = frame.pivot_table("cell", heading, "column", aggfunc="first", sort=False)
+    return markdown(pivot.reset_index())
 
 
 def write_csv(frames: Mapping[str, pd.DataFrame], folder: Path, digits: str | None = None) -> None:

@@ -1,4 +1,4 @@
-"""Which of two models errs where they differ: what tables show against themselves, and third opinions.
+"""The model that errs where two differ: breaches of a table against itself, and third opinions.
 
 A model errs whose run contradicts itself, or whose own code, run otherwise, stands with the other model. That
 its opinions stand with its own run proves nothing: they may share the fault. Last, where it is installed and
@@ -22,12 +22,12 @@ from comparison.tables.table import Table
 from comparison.verdict.results import SceneComparison
 
 WINDOW = 0.05  # of a cycle after the first sample outside its threshold, over which distances are taken
-LOOK_BACK = 0.05  # of a cycle: what happened earlier has shown itself before that sample
+LOOK_BACK = 0.05  # of a cycle: an earlier breach has shown itself before that sample
 # Of the distance between the models: an opinion this close to one is three times as far from the other.
 CLOSE = 0.25
 OPEN = "open"
 TRUTH = "truth"  # model of examples/truth_engine
-SMALL_STEP = 1e-7  # s: a fifth of what five bodies take at "strict"
+SMALL_STEP = 1e-7  # s: a fifth of the step of five bodies at "strict"
 MOST_STEPS = 2_000_000  # of the five bodies, half a minute
 FINE_SAMPLES = 20  # times as many samples in the runs that are searched for corners inside their walls
 # m. A touch is located to where the gap rounds, a difference of coordinates of half a metre, 1e-16 m times
@@ -40,7 +40,7 @@ OVERLAP = 1e-12
 def breaches(table: Table | None) -> list[Row]:
     """Return the worst breach of each kind and corner: inside a wall outside contacts, contacts that overlap.
 
-    What a table shows against its own model, and by code that shares nothing with how a model locates
+    They speak against the table's own model, by code that shares nothing with a model's location of
     contacts. ``time`` is that of the deepest sample, or where the overlap begins; ``since`` and ``until`` are
     the first and the last of the samples about it outside the bound.
     """
@@ -49,8 +49,8 @@ def breaches(table: Table | None) -> list[Row]:
         return worst
 
     def breach(name: str, corner: str, *numbers: float) -> None:
-        named = zip(("time", "value", "since", "until"), map(float, numbers), strict=True)
-        worst.append({"name": name, "corner": corner, **dict(named)})
+        row = zip(("time", "value", "since", "until"), map(float, numbers), strict=True)
+        worst.append({"name": name, "corner": corner, **dict(row)})
 
     scene, events, time = table.provenance.get("scene", {}), table.events, table.time
     for corner in CORNERS:
@@ -58,17 +58,17 @@ def breaches(table: Table | None) -> list[Row]:
             continue
         gap, sharing = table.values(f"corner_{corner}_gap"), corners_of(corner, scene)
         spans = events.loc[events["corner"].isin(sharing), ["start", "end"]].to_numpy(float)
-        # How many contacts have begun before a sample, less how many have ended: closed intervals.
-        begun = np.searchsorted(np.sort(spans[:, 0]), time, side="right")
-        over = np.searchsorted(np.sort(spans[:, 1]), time, side="left")
-        deep = (begun == over) & (gap < -OPEN_DEPTH)
+        # Contacts that began before a sample, and those that ended: closed intervals.
+        starts_before = np.searchsorted(np.sort(spans[:, 0]), time, side="right")
+        ends_before = np.searchsorted(np.sort(spans[:, 1]), time, side="left")
+        deep = (starts_before == ends_before) & (gap < -OPEN_DEPTH)
         if deep.any():
             at = int(np.where(deep, gap, np.inf).argmin())
             labels, _ = label(deep)
             span = time[np.flatnonzero(labels == labels[at])[[0, -1]]]
             breach("open-depth", corner, time[at], -gap[at], *span)
-    for corner, own in events.groupby(events["corner"].map(lambda place: corners_of(place, scene)[0])):
-        starts, ends = own.sort_values("start", kind="stable")[["start", "end"]].to_numpy(float).T
+    for corner, contacts in events.groupby(events["corner"].map(lambda place: corners_of(place, scene)[0])):
+        starts, ends = contacts.sort_values("start", kind="stable")[["start", "end"]].to_numpy(float).T
         # The latest end so far: a long contact may cover several later ones.
         overlap = np.maximum.accumulate(ends)[:-1] - starts[1:]
         if overlap.size and overlap.max() > OVERLAP:
@@ -79,7 +79,7 @@ def breaches(table: Table | None) -> list[Row]:
 
 
 def breach_words(one: Row) -> str:
-    """Say in a few words what a table shows against itself."""
+    """Return a breach in a few words."""
     where = CONTACTS[one["corner"]]
     if one["name"] == "overlap":
         return f"two contacts of the {where} overlap by {quantity(one['value'], 's')} at {one['time']:.7g} s"
@@ -103,34 +103,34 @@ def adjudicate(result: SceneComparison, runs: Sequence[Runs], scene: Scene) -> t
     window = np.array([begin, begin + WINDOW * scene.period])
     first, last = np.searchsorted(result.time, window).clip(max=result.time.size - 1)
     per_cycle = scene.data["output"]["samples_per_cycle"]
-    short = at_tier(scene.with_values({"drive.cycles": float(last / per_cycle)}), "tight")
+    short_scene = at_tier(scene.with_values({"drive.cycles": float(last / per_cycle)}), "tight")
     bases = [side.base.values(channel)[first : last + 1] for side in runs]
     judged = result.channels[channel].judged[first : last + 1]
-    fine = short.with_values({"output.samples_per_cycle": FINE_SAMPLES * per_cycle})
-    against: dict[str, list[str]] = {model: [] for model in MODELS}
+    fine_scene = short_scene.with_values({"output.samples_per_cycle": FINE_SAMPLES * per_cycle})
+    evidence: dict[str, list[str]] = {model: [] for model in MODELS}
     for model in MODELS:
-        outcome = run_here(fine, model)
-        against[model] += [
+        outcome = run_here(fine_scene, model)
+        evidence[model] += [
             breach_words(one)
             for one in breaches(outcome.table or outcome.partial)
             if one["until"] >= begin - LOOK_BACK * scene.period
         ]
-    for name, model, opinion in opinions(short):
+    for name, model, opinion in opinions(short_scene):
         table = run_here(opinion, model).table
         side = "" if table is None else stands(table.values(channel)[first : last + 1], bases, judged)
         if side not in ("", model):
-            against[model].append(f"its own code stands with the other model's run ({name})")
-    errs, why = decide(against)
-    table = run_here(short, TRUTH).table if TRUTH in engine_names() else None
+            evidence[model].append(f"its own code stands with the other model's run ({name})")
+    errs, reason = decide(evidence)
+    table = run_here(short_scene, TRUTH).table if TRUTH in engine_names() else None
     side = "" if table is None else stands(table.values(channel)[first : last + 1], bases, judged)
     if not side:
-        return errs, why
+        return errs, reason
     errs = next(model for model in MODELS if model != side)
-    return errs, f"{errs} errs: the truth engine stands with {side} alone; without it: {why}"
+    return errs, f"{errs} errs: the truth engine stands with {side} alone; without it: {reason}"
 
 
 def opinions(scene: Scene) -> list[tuple[str, str, Scene]]:
-    """Return who is asked about a scene at the settings of the tight tier: name, model and its scene."""
+    """Return the opinions on a scene at the settings of the tight tier: name, model and its scene."""
     reference, exudyn = (scene.data["solver"][model]["tolerance"] for model in MODELS)
     step = max(SMALL_STEP, scene.duration / MOST_STEPS)
     changes: list[tuple[str, str, dict[str, object]]] = [
@@ -156,20 +156,20 @@ def opinions(scene: Scene) -> list[tuple[str, str, Scene]]:
 
 def stands(values: Array, bases: Sequence[Array], judged: BoolArray) -> str:
     """Return the model with whose run alone an opinion stands on the judged samples, or ""."""
-    apart = float(np.abs(bases[0] - bases[1])[judged].max())
-    close = [
+    distance = float(np.abs(bases[0] - bases[1])[judged].max())
+    sides = [
         model
         for model, base in zip(MODELS, bases, strict=True)
-        if np.abs(values - base)[judged].max() <= CLOSE * apart
+        if np.abs(values - base)[judged].max() <= CLOSE * distance
     ]
-    return close[0] if len(close) == 1 else ""
+    return sides[0] if len(sides) == 1 else ""
 
 
-def decide(against: dict[str, list[str]]) -> tuple[str, str]:
+def decide(evidence: dict[str, list[str]]) -> tuple[str, str]:
     """Return the one model that there is something against, or `OPEN`, and why."""
-    accused = [model for model in MODELS if against[model]]
+    accused = [model for model in MODELS if evidence[model]]
     if len(accused) == 1:
-        return accused[0], f"{accused[0]} errs: {'; '.join(against[accused[0]])}"
+        return accused[0], f"{accused[0]} errs: {'; '.join(evidence[accused[0]])}"
     if accused:
-        return OPEN, "open: " + "; ".join(f"{model}: {', '.join(against[model])}" for model in accused)
+        return OPEN, "open: " + "; ".join(f"{model}: {', '.join(evidence[model])}" for model in accused)
     return OPEN, "open: every opinion stands with its own model's run, or with neither"

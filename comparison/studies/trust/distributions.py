@@ -23,7 +23,7 @@ from comparison.tables.table import Table
 CYCLES, FIRST_CYCLE = 4, 1
 SPREAD = 0.01
 """Of the clearance: initial offsets are drawn from so much to either side. After a cycle it is forgotten."""
-COMPARED = ("slider_x", "slider_angle", "slider_vx", "slider_vy", "slider_omega")
+CHANNELS = ("slider_x", "slider_angle", "slider_vx", "slider_vy", "slider_omega")
 INSTANTS = 40  # a cycle, at which the channels are compared
 RATE = 0.05  # of the differences that are reported, the share expected to be false is at most this
 QUANTILES = {"median": 0.5, "nine tenths": 0.9, "largest": 1.0}
@@ -34,41 +34,41 @@ ENSEMBLES: dict[str, tuple[str, str, Mapping[str, object]]] = {
     "reference against itself, other starts": ("no difference", "reference", {}),
     "restitution 1 % lower in one": ("a difference", "reference", {"contact.restitution": 0.891}),
 }
-"""Each is compared with the first: what is expected, the model, and its changed keys."""
+"""Each is compared with the first: the expectation, the model, and its changed keys."""
 
 
 def compare_ensembles(members: int, n_jobs: int, on_progress: Progress | None) -> list[Row]:
     """Run the ensembles, each of so many runs, all of which must succeed; return a row for each comparison.
 
-    ``kind`` is what is expected, ``tests`` the number of quantities, ``differing`` that of those that differ,
+    ``kind`` is the expectation, ``tests`` the number of quantities, ``differing`` that of those that differ,
     ``reason`` the largest distance.
     """
     base = load_scene("150rpm-0.2mm", {"drive.cycles": float(CYCLES), "output.samples_per_cycle": 200})
-    clearance, usual = base.data["clearance"]["slider"], base.data["initial"]["slider_offset"]
+    clearance, offset = base.data["clearance"]["slider"], base.data["initial"]["slider_offset"]
     jobs = []
     for n, (_, model, changes) in enumerate(ENSEMBLES.values(), start=1):
         for k in range(members):
-            moved = SPREAD * clearance * np.random.default_rng([n, k]).uniform(-1.0, 1.0)
-            drawn = base.with_values({"initial.slider_offset": float(usual + moved), **changes})
-            jobs.append(Job(at_tier(drawn, "tight"), model))
+            shift = SPREAD * clearance * np.random.default_rng([n, k]).uniform(-1.0, 1.0)
+            scene = base.with_values({"initial.slider_offset": float(offset + shift), **changes})
+            jobs.append(Job(at_tier(scene, "tight"), model))
     outcomes = run_all(jobs, n_jobs, on_progress)
     tables = [table_of(outcome, job) for outcome, job in zip(outcomes, jobs, strict=True)]
-    scales = {name: channels()[name].scale_value(base.data, 0.0) for name in COMPARED}
+    scales = {name: channels()[name].scale_value(base.data, 0.0) for name in CHANNELS}
     floors = {name: thresholds().largest(scale) for name, scale in scales.items()}
     instants = base.period * np.arange(FIRST_CYCLE * INSTANTS, CYCLES * INSTANTS) / INSTANTS
     first, *others = (
-        numbers_of(tables[n : n + members], instants, COMPARED, base.period, FIRST_CYCLE)
+        numbers_of(tables[n : n + members], instants, CHANNELS, base.period, FIRST_CYCLE)
         for n in range(0, len(tables), members)
     )
     rows = []
     for name, other in zip(list(ENSEMBLES)[1:], others, strict=True):
-        tests = distances(*scattered(first, other, floors))
-        least = int(tests["p"].argmin())
-        quantity, where = tests.index[least]
-        farthest = f"largest distance {tests['statistic'].iloc[least]:.2f} ({quantity}, {where})"
+        tests = distances(*scatter_columns(first, other, floors))
+        smallest = int(tests["p"].argmin())
+        quantity, where = tests.index[smallest]
+        reason = f"largest distance {tests['statistic'].iloc[smallest]:.2f} ({quantity}, {where})"
         differing = int(tests["differs"].sum())
         verdict = {"name": name, "kind": ENSEMBLES[name][0], "verdict": "differ" if differing else "agree"}
-        rows.append(verdict | {"tests": len(tests), "differing": differing, "reason": farthest})
+        rows.append(verdict | {"tests": len(tests), "differing": differing, "reason": reason})
     return rows
 
 
@@ -84,20 +84,20 @@ def distances(a: pd.DataFrame, b: pd.DataFrame) -> pd.DataFrame:
     return tests.assign(differs=tests["adjusted"] <= RATE)
 
 
-def scattered(
+def scatter_columns(
     a: pd.DataFrame, b: pd.DataFrame, floors: Mapping[str, float]
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return the columns in which either ensemble scatters by more than the floor of the quantity.
 
     Below it the motion is predictable, and single runs can be compared.
     """
-    least = a.columns.get_level_values("quantity").map(lambda name: floors.get(name, -1.0))
-    kept = np.maximum(a.to_numpy().std(axis=0), b.to_numpy().std(axis=0)) > least
-    return a.loc[:, kept], b.loc[:, kept]
+    floor = a.columns.get_level_values("quantity").map(lambda name: floors.get(name, -1.0))
+    scatter = np.maximum(a.to_numpy().std(axis=0), b.to_numpy().std(axis=0)) > floor
+    return a.loc[:, scatter], b.loc[:, scatter]
 
 
 def numbers_of(
-    runs: Sequence[Table], instants: Array, compared: Sequence[str], period: float, first_cycle: int
+    runs: Sequence[Table], instants: Array, names: Sequence[str], period: float, first_cycle: int
 ) -> pd.DataFrame:
     """Return the numbers of an ensemble: a row a run, a column a quantity and where it is taken.
 
@@ -110,7 +110,7 @@ def numbers_of(
         at = np.searchsorted(run.time, instants - 1e-9 * instants[-1])
         numbers = {
             (name, f"t = {instant:.4f} s"): value
-            for name in compared
+            for name in names
             for instant, value in zip(instants, run.values(name)[at], strict=True)
         }
         edges = period * np.arange(first_cycle, round(run.time[-1] / period) + 1)
@@ -118,10 +118,10 @@ def numbers_of(
             counts, _ = np.histogram(run.events.loc[run.events["corner"] == corner, "start"], edges)
             for cycle, count in enumerate(counts, first_cycle + 1):
                 numbers[f"contacts, {words} corner", f"cycle {cycle}"] = float(count)
-        late = run.events[run.events["start"] >= edges[0]]
+        later = run.events[run.events["start"] >= edges[0]]
         for column in CONTACT_COLUMNS:
             for words, level in QUANTILES.items():
-                value = late[column].quantile(level) if len(late) else 0.0
+                value = later[column].quantile(level) if len(later) else 0.0
                 numbers[f"{column.replace('_', ' ')} of a contact", words] = float(value)
         rows.append(numbers)
     return pd.DataFrame(rows, columns=pd.MultiIndex.from_tuples(list(rows[0]), names=["quantity", "where"]))

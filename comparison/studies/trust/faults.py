@@ -30,8 +30,8 @@ RECORDS: dict[str, Any] = tomllib.loads(
     files("comparison.studies.trust").joinpath("faults.toml").read_text("utf-8")
 )
 KINDS = {"number": "parameters", "code": "code", "table": "tables"}
-"""Kind of a fault in the catalogue, and what it is in, as the page says it."""
-LATE = 1e-4  # s, a quarter of the usual sample
+"""Kind of a fault in the catalogue -> its place in the words of the page."""
+DELAY = 1e-4  # s, a quarter of the usual sample
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,8 +55,8 @@ class Fault:
     unexcited: str = ""  # a channel that must be called unexcited instead
     missed: str = ""  # why it is not detected, where that is so
 
-    def given(self, scene: Scene) -> Scene:
-        """Return a scene as the faulty model is given it."""
+    def faulty_scene(self, scene: Scene) -> Scene:
+        """Return a scene as the faulty model runs it."""
         if self.kind != "number":
             return scene
         value = self.factor * flat(scene.data)[self.key] if self.value is None else self.value
@@ -64,7 +64,7 @@ class Fault:
 
     @property
     def places(self) -> list[tuple[str, str]]:
-        """Models and tiers in which it is looked for: no wrong number in five bodies, which are slow."""
+        """Models and tiers in which it is looked for; numbers not in five bodies, as these are slow."""
         only = self.model or ("exudyn" if self.kind == "table" else "")
         return [
             (model, tier)
@@ -97,7 +97,7 @@ class CatalogueError(ValueError):
     """A change that does not fit the sources as they are now."""
 
 
-def changed(fault: Fault) -> str:
+def faulty_source(fault: Fault) -> str:
     """Return the text of a faulty source file; refuse a place that has moved on."""
     text = (package(fault.model) / fault.file).read_text("utf-8")
     if (count := text.count(fault.old)) != 1:
@@ -116,7 +116,7 @@ def package(module: str) -> Path:
 
 
 @contextmanager
-def installed(faults: Sequence[Fault]) -> Iterator[None]:
+def install_copies(faults: Sequence[Fault]) -> Iterator[None]:
     """Install a copy of a model for each fault in its code, for this process and the workers it starts.
 
     A copy is the package under another name, registered as any package with a model is.
@@ -125,7 +125,7 @@ def installed(faults: Sequence[Fault]) -> Iterator[None]:
         for fault in faults:
             source, name = package(fault.model), fault.engine
             copytree(source, Path(folder, name), ignore=ignore_patterns("__pycache__"))
-            Path(folder, name, fault.file).write_text(changed(fault), "utf-8")
+            Path(folder, name, fault.file).write_text(faulty_source(fault), "utf-8")
             for path in Path(folder, name).rglob("*.py"):
                 path.write_text(path.read_text("utf-8").replace(source.name, name), "utf-8")
             record = Path(folder, f"{name}-1.dist-info")
@@ -153,17 +153,17 @@ def load_copy(engine: str) -> None:
             os.environ["NUMBA_CACHE_DIR"] = before
 
 
-# ---- wrong tables: what a faulty recorder or a careless hand does to all of a model's tables alike
+# ---- wrong tables: faults of a recorder or a careless hand, alike in all of a model's tables
 
 
-def spoiled(name: str, a: Runs, b: Runs) -> tuple[Runs, Runs]:
+def spoil_runs(name: str, a: Runs, b: Runs) -> tuple[Runs, Runs]:
     """Return the runs of two sides with the tables of the second, or of both, spoiled; "" spoils nothing."""
     if not name:
         return a, b
-    return (_changed(a, SPOILS[name]) if name == "both constant" else a), _changed(b, SPOILS[name])
+    return (_map_tables(a, SPOILS[name]) if name == "both constant" else a), _map_tables(b, SPOILS[name])
 
 
-def _changed(runs: Runs, change: Callable[[pd.DataFrame], pd.DataFrame]) -> Runs:
+def _map_tables(runs: Runs, change: Callable[[pd.DataFrame], pd.DataFrame]) -> Runs:
     changes: dict[str, Any] = {
         name: replace(table, frame=change(table.frame))
         for name, table in vars(runs).items()
@@ -174,7 +174,7 @@ def _changed(runs: Runs, change: Callable[[pd.DataFrame], pd.DataFrame]) -> Runs
 
 def _late_values(frame: pd.DataFrame) -> pd.DataFrame:
     time = frame["time"].to_numpy()
-    at = np.maximum(time - LATE, time[0])
+    at = np.maximum(time - DELAY, time[0])
     return frame.assign(**{name: np.interp(at, time, frame[name]) for name in frame.columns.drop("time")})
 
 
@@ -204,7 +204,7 @@ SPOILS: dict[str, Callable[[pd.DataFrame], pd.DataFrame]] = {
     "zero force": lambda frame: frame.assign(
         **dict.fromkeys(frame.filter(regex="^corner_.*_(normal|friction)$").columns, 0.0)
     ),
-    "late times": lambda frame: frame.assign(time=frame["time"] + LATE),
+    "late times": lambda frame: frame.assign(time=frame["time"] + DELAY),
     "late values": _late_values,
     "row twice": _row_twice,
     "held value": _held_value,

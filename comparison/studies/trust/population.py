@@ -26,15 +26,15 @@ _shipped = cache(load_scene)
 
 
 def of_users(number: int) -> bool:
-    """Return whether a scene of the population has few keys drawn, as users change them."""
+    """Return True if a scene of the population has few keys drawn, as users change them."""
     return number % 2 == 0
 
 
 def random_scene(number: int, seed: int = DATA["seed"]) -> Scene:
     """Draw one scene of the population; the same one every time."""
     rng, names = np.random.default_rng([seed, number]), scenes_with_clearance()
-    scene = _shipped(names[number // 2 % len(names)])
-    return moved(changed(scene, rng) if of_users(number) else pushed(scene, rng), DATA["moved"], rng)
+    change = user_scene if of_users(number) else extreme_scene
+    return move_start(change(_shipped(names[number // 2 % len(names)]), rng), DATA["moved"], rng)
 
 
 @cache
@@ -43,64 +43,64 @@ def scenes_with_clearance() -> list[str]:
     return [name for name in shipped_scenes() if _shipped(name).loose]
 
 
-def changed(scene: Scene, rng: np.random.Generator) -> Scene:
+def user_scene(scene: Scene, rng: np.random.Generator) -> Scene:
     """Return a scene with one to a few keys drawn, as a user changes them; each key is equally probable."""
-    ways = drawn_keys(scene, "users")
+    rules = key_rules(scene, "users")
     count = int(rng.integers(1, DATA["most_keys"] + 1))
-    chosen = map(str, rng.choice(list(ways), size=count, replace=False))
-    return _drawn(scene, {key: ways[key] for key in chosen}, rng)
+    keys = map(str, rng.choice(list(rules), size=count, replace=False))
+    return _draw(scene, {key: rules[key] for key in keys}, rng)
 
 
-def pushed(scene: Scene, rng: np.random.Generator) -> Scene:
+def extreme_scene(scene: Scene, rng: np.random.Generator) -> Scene:
     """Return a scene with all keys drawn, up to the extremes."""
-    return _drawn(scene, drawn_keys(scene, "extremes"), rng)
+    return _draw(scene, key_rules(scene, "extremes"), rng)
 
 
-def drawn_keys(scene: Scene, which: str) -> dict[str, Any]:
-    """Return the keys that a scene uses, of "users" or "extremes", with how each is drawn."""
+def key_rules(scene: Scene, group: str) -> dict[str, Any]:
+    """Return the keys that a scene uses, of "users" or "extremes", with the rule to draw each."""
     parts = ["all", *scene.loose]
     if "slider" in parts:
         parts.append(scene.data["contact"]["law"])
     if has_load(scene.data):
         parts.append("load")
-    return {key: how for part in parts for key, how in DATA[which].get(part, {}).items()}
+    return {key: rule for part in parts for key, rule in DATA[group].get(part, {}).items()}
 
 
-def _drawn(scene: Scene, ways: Mapping[str, Mapping[str, Any]], rng: np.random.Generator) -> Scene:
-    known, values = flat(scene.data), dict[str, object]()
+def _draw(scene: Scene, rules: Mapping[str, Mapping[str, Any]], rng: np.random.Generator) -> Scene:
+    state, values = flat(scene.data), dict[str, object]()
     # A start is drawn between the walls of the clearance and the slider that are drawn.
-    for key in sorted(ways, key=lambda key: key.startswith("initial.")):
-        partners = [partner for partner in PARTNERS if f"{key}.{partner}" in known]
+    for key in sorted(rules, key=lambda key: key.startswith("initial.")):
+        partners = [partner for partner in PARTNERS if f"{key}.{partner}" in state]
         if partners:
-            each = {partner: _value(rng, known, f"{key}.{partner}", ways[key]) for partner in partners}
+            each = {partner: _value(rng, state, f"{key}.{partner}", rules[key]) for partner in partners}
             values[key] = each
         else:
-            known[key] = values[key] = _value(rng, known, key, ways[key])
+            state[key] = values[key] = _value(rng, state, key, rules[key])
     return scene.with_values(values)
 
 
-def _value(rng: np.random.Generator, known: Mapping[str, Any], key: str, how: Mapping[str, Any]) -> object:
+def _value(rng: np.random.Generator, state: Mapping[str, Any], key: str, rule: Mapping[str, Any]) -> object:
     def log(low: float, high: float) -> float:
         return float(np.exp(rng.uniform(*np.log([low, high]))))
 
-    match dict(how):
+    match dict(rule):
         case {"log": [low, high], **rest}:
             return log(low, high) * (-1.0 if rng.uniform() < rest.get("reversed", 0.0) else 1.0)
         case {"uniform": [low, high]}:
             return float(rng.uniform(low, high))
         case {"times": factor}:
-            return known[key] * log(1.0 / factor, factor)
+            return state[key] * log(1.0 / factor, factor)
         case {"clearances": share, "length": power}:
-            reach = share * known["clearance.slider"] / known["mechanism.slider.length"] ** power
+            reach = share * state["clearance.slider"] / state["mechanism.slider.length"] ** power
             return float(rng.uniform(-reach, reach))
         case {"choice": values}:
             return rng.choice(values).item()
         case {"other": [first, second]}:
-            return first if known[key] == second else second
-    raise ValueError(f"population.toml: {key}: {how}")
+            return first if state[key] == second else second
+    raise ValueError(f"population.toml: {key}: {rule}")
 
 
-def moved(scene: Scene, share: float, rng: np.random.Generator) -> Scene:
+def move_start(scene: Scene, share: float, rng: np.random.Generator) -> Scene:
     """Return the scene with its start moved by up to a share of the clearance.
 
     The slider, uniformly in the disc of offset and angle times its length; where only the crank pin has
@@ -116,24 +116,24 @@ def moved(scene: Scene, share: float, rng: np.random.Generator) -> Scene:
 
 def random_linkage(number: int, seed: int = LINKAGES["seed"]) -> tuple[Scene, Fault, str]:
     """Draw a linkage up to its first contacts, a fault in one of its numbers, and the model that has it."""
-    rng, rule = np.random.default_rng([seed, number]), LINKAGES
-    name = rule["scenes"][number % len(rule["scenes"])]
+    rng, spec = np.random.default_rng([seed, number]), LINKAGES
+    name = spec["scenes"][number % len(spec["scenes"])]
     scene = _shipped(name).with_values({"output.groups": ["accelerations", "joints", "contacts"]})
     if not scene.loose:
         scene = scene.with_values({f"clearance.{rng.choice([*scene.data['pin']])}.size": 1e-4})
-    ways = {key: how for each, how in rule["all"].items() for key in matching(flat(scene.data), each)}
-    scene = _drawn(scene, ways | rule["of"].get(name, {}), rng)
-    reach, scales = rule["start"], uncertainty.clearance_scales(scene).items()
+    rules = {key: rule for each, rule in spec["all"].items() for key in matching(flat(scene.data), each)}
+    scene = _draw(scene, rules | spec["of"].get(name, {}), rng)
+    reach, scales = spec["start"], uncertainty.clearance_scales(scene).items()
     scene = uncertainty.shift_start(
         scene, {state: scale * rng.uniform(-reach, reach) for state, scale in scales}
     )
-    own = [key for key in ways if not key.startswith(("drive", "initial", "contact.damping"))]
-    key, model = str(rng.choice(own)), str(rng.choice(MODELS))
-    factor = 1.0 + rng.uniform(*rule["fault"]) * rng.choice([-1.0, 1.0])
+    keys = [key for key in rules if not key.startswith(("drive", "initial", "contact.damping"))]
+    key, model = str(rng.choice(keys)), str(rng.choice(MODELS))
+    factor = 1.0 + rng.uniform(*spec["fault"]) * rng.choice([-1.0, 1.0])
     fault = Fault(kind="number", name=f"{key} {100 * (factor - 1.0):+.1f} %", key=key, factor=factor)
-    end, samples = rule["end"], rule["samples"]
-    cut = {"output.duration": end, "output.samples": samples, "solver.exudyn.step": end / samples / 10}
+    end, samples = spec["end"], spec["samples"]
+    span = {"output.duration": end, "output.samples": samples, "solver.exudyn.step": end / samples / 10}
     if "speed_rpm" in scene.data["drive"]:
         a_turn = round(samples * scene.period / end)
-        cut = {"drive.cycles": samples / a_turn, "output.samples_per_cycle": a_turn}
-    return scene.with_values(cut | {"scene.name": f"{name}-{number}"}), fault, model
+        span = {"drive.cycles": samples / a_turn, "output.samples_per_cycle": a_turn}
+    return scene.with_values(span | {"scene.name": f"{name}-{number}"}), fault, model

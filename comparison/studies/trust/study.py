@@ -1,4 +1,4 @@
-"""The verdict under test: what the study runs, its one table, and the page and figures made from that."""
+"""The verdict under test: runs of the study, their one table, and its page and figures."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -15,7 +15,7 @@ from comparison.report import svg
 from comparison.studies.shared.scenes import at_tier
 from comparison.studies.shared.study import (
     Study,
-    crossed,
+    cross_table,
     interval,
     markdown,
     part,
@@ -26,8 +26,8 @@ from comparison.studies.shared.study import (
     write_csv,
 )
 from comparison.studies.trust import adjudication, distributions, population
-from comparison.studies.trust.faults import KINDS, Fault, catalogue, installed, scenes
-from comparison.studies.trust.judge import Comparison, detected, measure_tasks, trials
+from comparison.studies.trust.faults import KINDS, Fault, catalogue, install_copies, scenes
+from comparison.studies.trust.judge import Comparison, measure_tasks, shows_fault, trials
 
 SCENES = 200  # half of them at both tiers: 1.3 h of processor time; no alarm of 270 is at most 1.1 %
 MEMBERS = 64  # runs in an ensemble
@@ -53,16 +53,16 @@ def measure(full: bool, n_jobs: int, on_progress: Progress | None) -> pd.DataFra
     """Judge random scenes and seeded faults, compare ensembles: the table."""
     faults = catalogue() if full else [catalogue("number")[0], *catalogue("table")[-3:]]
     tasks = [*_random(SCENES if full else 2), *_faults(faults), *_linkages(100 if full else 1)]
-    with installed([fault for fault in faults if fault.engine]):
+    with install_copies([fault for fault in faults if fault.engine]):
         rows = measure_tasks([task for _, task in tasks], n_jobs, part(on_progress, 0.0, 0.95))
     lines = []
     for (head, task), row in zip(tasks, rows, strict=True):
         line = head | {name: row[name] for name in COLUMNS if name in row}
         if task.fault and row.get("worth", float("inf")) >= population.LINKAGES["worth"]:
-            line["detected"] = detected(task.fault, row)
+            line["detected"] = shows_fault(task.fault, row)
         lines.append(line)
-    compared = distributions.compare_ensembles(MEMBERS if full else 3, n_jobs, part(on_progress, 0.95, 1.0))
-    return as_table(lines + [{"group": ENSEMBLES} | row for row in compared])
+    ensembles = distributions.compare_ensembles(MEMBERS if full else 3, n_jobs, part(on_progress, 0.95, 1.0))
+    return as_table(lines + [{"group": ENSEMBLES} | row for row in ensembles])
 
 
 def as_table(lines: Sequence[Row]) -> pd.DataFrame:
@@ -81,11 +81,11 @@ def _random(count: int) -> Iterator[tuple[Row, Comparison]]:
 
 
 def _faults(faults: Sequence[Fault]) -> Iterator[tuple[Row, Comparison]]:
-    tried = trials(faults)
-    for task, fault in tried:
-        what = {"group": FAULT, "name": fault.name, "kind": KINDS[fault.kind], "scene": fault.scene}
-        yield what | {"model": task.faulty, "tier": task.tier}, task
-    for name, tier in dict.fromkeys((fault.scene, task.tier) for task, fault in tried):
+    pairs = trials(faults)
+    for task, fault in pairs:
+        head = {"group": FAULT, "name": fault.name, "kind": KINDS[fault.kind], "scene": fault.scene}
+        yield head | {"model": task.faulty, "tier": task.tier}, task
+    for name, tier in dict.fromkeys((fault.scene, task.tier) for task, fault in pairs):
         yield {"group": CONTROL, "name": name, "tier": tier}, Comparison(scenes(tier)[name], tier)
 
 
@@ -102,19 +102,19 @@ def _linkages(count: int) -> Iterator[tuple[Row, Comparison]]:
 
 
 def count(rows: pd.DataFrame) -> dict[str, Any]:
-    """Count how comparisons without a fault ended; the upper limit of the rate of alarms is one-sided."""
+    """Count the verdicts without a fault; the upper limit of the rate of alarms is one-sided."""
     verdicts = rows["verdict"]
     # Tables that cannot be compared though both models ran are an alarm as well.
-    wrong = (verdicts == "differ") | ((verdicts == "cannot compare") & (rows["failed"] == ""))
-    alarms = int(wrong.sum())
-    decided = alarms + int((verdicts == "agree").sum())
-    corrected = (verdicts == "agree") & (rows["confirmation"] == "underestimated")
+    alarm = (verdicts == "differ") | ((verdicts == "cannot compare") & (rows["failed"] == ""))
+    alarms = int(alarm.sum())
+    decisions = alarms + int((verdicts == "agree").sum())
+    corrections = (verdicts == "agree") & (rows["confirmation"] == "underestimated")
     return {
         "draws": int((verdicts != "").sum()),
-        "decided": decided,
-        "underestimated": int(corrected.sum()),
+        "decided": decisions,
+        "underestimated": int(corrections.sum()),
         "alarms": alarms,
-        "upper_limit_95": round(upper_limit(alarms, decided), 5),
+        "upper_limit_95": round(upper_limit(alarms, decisions), 5),
     }
 
 
@@ -131,11 +131,11 @@ def record(table: pd.DataFrame) -> dict[str, Any]:
         },
         "detected": {
             tier: {
-                "faults": len(own),
-                "detected": int(own.sum()),
-                "interval_95": [round(bound, 4) for bound in interval(int(own.sum()), len(own))],
+                "faults": len(group),
+                "detected": int(group.sum()),
+                "interval_95": [round(end, 4) for end in interval(int(group.sum()), len(group))],
             }
-            for tier, own in hits.items()
+            for tier, group in hits.items()
         },
     }
 
@@ -144,17 +144,17 @@ def record(table: pd.DataFrame) -> dict[str, Any]:
 
 
 def page(table: pd.DataFrame) -> dict[str, object]:
-    """Return what stands in the page."""
+    """Return the variables of the template."""
     groups = {group: table[table["group"] == group] for group in {*table["group"], LINKAGE, LINKAGE_FAULT}}
-    random, faults, linkages, wrong = (groups[name] for name in (RANDOM, FAULT, LINKAGE, LINKAGE_FAULT))
-    large, small = wrong.dropna(subset="detected"), wrong[wrong["detected"].isna()]
+    random, faults, linkages, defects = (groups[name] for name in (RANDOM, FAULT, LINKAGE, LINKAGE_FAULT))
+    large, small = defects.dropna(subset="detected"), defects[defects["detected"].isna()]
     hit = large["detected"].astype(bool)
-    tight, failed = random[random["tier"] == "tight"], random[random["verdict"] == "cannot compare"]
+    tight, failures = random[random["tier"] == "tight"], random[random["verdict"] == "cannot compare"]
     rates, numbers = record(table), count(random)
     hits = faults.groupby(["kind", "model", "tier"], sort=False)["detected"].agg(["sum", "count"])
-    why = {fault.name: fault.missed or "not expected" for fault in catalogue()}
-    noted = (random["verdict"] == "differ") | (random["confirmation"] != "") | (random["errs"] != "")
-    failures = failed.groupby(["tier", "failed", "errs", "reason"], sort=False)["name"].agg(["count", _some])
+    reasons = {fault.name: fault.missed or "not expected" for fault in catalogue()}
+    notes = (random["verdict"] == "differ") | (random["confirmation"] != "") | (random["errs"] != "")
+    tally = failures.groupby(["tier", "failed", "errs", "reason"], sort=False)["name"].agg(["count", _names])
     return {
         "alarms": numbers["alarms"],
         "decided": numbers["decided"],
@@ -167,9 +167,9 @@ def page(table: pd.DataFrame) -> dict[str, object]:
             for tier, one in rates["detected"].items()
         ),
         "overview": rows_table(
-            _counted(f"{tier}, {kind or 'all'}", random, tier, kind)
-            for tier, kinds in (("tight", ("", "users", "extremes")), ("standard", ("",)))
-            for kind in kinds
+            _count_row(f"{tier}, {kind or 'all'}", random, tier, kind)
+            for tier, labels in (("tight", ("", "users", "extremes")), ("standard", ("",)))
+            for kind in labels
         ),
         "machine": machine_and_versions(),
         "seed": population.DATA["seed"],
@@ -177,30 +177,30 @@ def page(table: pd.DataFrame) -> dict[str, object]:
         "keys": population.DATA["most_keys"],
         "moved": share(population.DATA["moved"]),
         "floors": {tier: share(thresholds(tier).coverage) for tier in TIERS},
-        "listed": random[noted].to_dict("records"),
+        "listed": random[notes].to_dict("records"),
         "failures": markdown(
-            failures.reset_index().set_axis(["tier", "status", "errs", "run", "runs", "scenes"], axis=1)
+            tally.reset_index().set_axis(["tier", "status", "errs", "run", "runs", "scenes"], axis=1)
         ),
-        "failed": len(failed),
+        "failed": len(failures),
         "linkages": rows_table(
-            _counted(kind or "all", linkages, "standard", kind) for kind in ("", *linkages["kind"].unique())
+            _count_row(kind or "all", linkages, "standard", kind) for kind in ("", *linkages["kind"].unique())
         ),
         "odd": pd.concat([linkages[linkages["verdict"] != "agree"], large[~hit]]).to_dict("records"),
         "rule": population.LINKAGES,
-        "wrong": len(wrong),
+        "wrong": len(defects),
         "large": f"{hit.sum()} of {len(hit)} (at least {share(interval(hit.sum(), len(hit))[0])} at 95 %)",
         "small": f"{(small['verdict'] == 'differ').sum()} of {len(small)}",
         "controls": ", ".join(
             f"{times} times {verdict}" for verdict, times in groups[CONTROL]["verdict"].value_counts().items()
         ),
-        "faults": crossed(
+        "faults": cross_table(
             "fault in the",
             [kind for kind, *_ in hits.index],
             [_place(model, tier) for _, model, tier in hits.index],
             [f"{count} of {size}" for count, size in hits.to_numpy()],
         ),
         "missed": [
-            row | {"why": why[row["name"]]}
+            row | {"why": reasons[row["name"]]}
             for row in faults[~faults["detected"].astype(bool)].to_dict("records")
         ],
         "ensembles": groups[ENSEMBLES].to_dict("records"),
@@ -213,22 +213,22 @@ def page(table: pd.DataFrame) -> dict[str, object]:
     }
 
 
-def _counted(label: str, rows: pd.DataFrame, tier: str, kind: str) -> dict[str, str]:
-    own = rows[(rows["tier"] == tier) & (rows["kind"].isin([kind] if kind else list(rows["kind"])))]
-    counts = count(own)
+def _count_row(label: str, rows: pd.DataFrame, tier: str, kind: str) -> dict[str, str]:
+    group = rows[(rows["tier"] == tier) & (rows["kind"].isin([kind] if kind else list(rows["kind"])))]
+    counts = count(group)
     return {
         "random scenes": label,
         "comparisons": str(counts["draws"]),
         "decided": str(counts["decided"]),
         "false alarms": str(counts["alarms"]),
         "rate at most, 95 %": share(upper_limit(counts["alarms"], counts["decided"])),
-        "indeterminate": str((own["verdict"] == "indeterminate").sum()),
-        "cannot compare": str((own["verdict"] == "cannot compare").sum()),
+        "indeterminate": str((group["verdict"] == "indeterminate").sum()),
+        "cannot compare": str((group["verdict"] == "cannot compare").sum()),
         "agree with a corrected uncertainty": str(counts["underestimated"]),
     }
 
 
-def _some(names: pd.Series) -> str:
+def _names(names: pd.Series) -> str:
     return ", ".join(names[:12]) + (" ..." if len(names) > 12 else "")
 
 
@@ -237,15 +237,15 @@ def _place(model: str, tier: str) -> str:
 
 
 def draw(table: pd.DataFrame, folder: Path) -> None:
-    """Draw where the random scenes lie; write the table."""
+    """Draw the random scenes by speed and clearance; write the table."""
     write_csv({"trust": table}, folder, "%.6g")
     random = table[(table["group"] == RANDOM) & (table["tier"] == "tight")]
     with svg.panels(folder / "scenes.svg") as (axes,):
         for verdict, mark in _MARKS.items():
-            own = random[random["verdict"] == verdict]
-            if len(own):
-                label = f"{verdict} ({len(own)})"
-                axes.plot(own["speed_rpm"].abs(), 1e3 * own["clearance_m"], linestyle="", label=label, **mark)
+            rows = random[random["verdict"] == verdict]
+            if len(rows):
+                label = f"{verdict} ({len(rows)})"
+                axes.plot(rows["speed_rpm"].abs(), 1e3 * rows["clearance_m"], ls="", label=label, **mark)
         axes.set(xscale="log", xlabel="speed of the crank (rpm)", yscale="log", ylabel="clearance (mm)")
         plain_ticks(axes.xaxis, (10, 30, 100, 300, 1000))
         plain_ticks(axes.yaxis, (0.05, 0.1, 0.2, 0.5, 1.0))

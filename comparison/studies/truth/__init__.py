@@ -1,1 +1,1 @@
-"""Both models against a true trajectory: do the uncertainties hold that a comparison rests on."""
+"""Both models against a true trajectory: a test of the uncertainties that a comparison rests on."""

@@ -1,8 +1,8 @@
 """Both models at both tiers against a true trajectory of each scene, and the uncertainties that they state.
 
 A verdict is sure where the error of each run is at most `LIMIT` u: then |a - b| <= 2 hypot(u_a, u_b). Samples
-are correlated, so each interval between two touches of the truth is one outcome: whether any of its
-predictable samples has a larger error.
+are correlated, so each interval between two touches of the truth is one outcome: outside if any of
+its predictable samples has a larger error.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -50,13 +50,13 @@ TRUTH = "truth"
 LIMIT = sqrt(2)
 SEED = 29112026  # of the random scenes; fixed before any of them was run
 ORIGINS = ("shipped", "random")
-MENDED = 20  # random scenes by which a rule of u was mended: those of the study are the next ones
+TRAINING = 20  # random scenes that a rule of u was mended on; the study takes the next ones
 DRAWS = 10_000  # of scenes, for the bootstrap
 _COLOURS = {"reference": svg.FIRST, "exudyn": svg.SECOND}
 
 
 @dataclass(frozen=True)
-class AgainstTruth(Task):
+class TruthRun(Task):
     """A scene to be run by the truth engine, and by both models at both tiers; "shipped" or "random"."""
 
     scene: Scene
@@ -65,12 +65,12 @@ class AgainstTruth(Task):
 
 
 class Results(NamedTuple):
-    """Rows of all scenes, with ``scene``, ``origin``, ``tier``, ``model``; why a scene has none."""
+    """Rows of all scenes, with ``scene``, ``origin``, ``tier``, ``model``; reasons of scenes without."""
 
     rows: pd.DataFrame  # as `summary` returns them
     intervals: pd.DataFrame
     """As `sample_rows` returns them."""
-    failed: list[str]  # scene and message
+    failures: list[str]  # scene and message
 
 
 def measure(extent: tuple[Sequence[str], int], n_jobs: int, on_progress: Progress | None) -> Results:
@@ -79,63 +79,63 @@ def measure(extent: tuple[Sequence[str], int], n_jobs: int, on_progress: Progres
     `EngineError` where it is not installed.
     """
     find(TRUTH)
-    names, randoms = extent
-    shipped, drawn = covered(map(load_scene, names), "shipped"), covered(random_scenes(), "random")
-    tasks = [*shipped, *islice(drawn, MENDED, MENDED + randoms)]
-    measured = measure_all(measure_scene, tasks, on_processes(n_jobs), on_progress)
-    done = [row for row in measured if row["status"] == SUCCESS]
-    rows, intervals = (pd.DataFrame([*chain(*(row[name] for row in done))]) for name in Results._fields[:2])
-    pairs = zip(tasks, measured, strict=True)
-    failed = [f"{task.scene.name}: {row['message']}" for task, row in pairs if row["status"] != SUCCESS]
-    return Results(rows, intervals, failed)
+    names, draws = extent
+    shipped, randoms = truth_runs(map(load_scene, names), "shipped"), truth_runs(random_scenes(), "random")
+    tasks = [*shipped, *islice(randoms, TRAINING, TRAINING + draws)]
+    results = measure_all(measure_scene, tasks, on_processes(n_jobs), on_progress)
+    valid = [row for row in results if row["status"] == SUCCESS]
+    rows, intervals = (pd.DataFrame([*chain(*(row[name] for row in valid))]) for name in Results._fields[:2])
+    pairs = zip(tasks, results, strict=True)
+    failures = [f"{task.scene.name}: {row['message']}" for task, row in pairs if row["status"] != SUCCESS]
+    return Results(rows, intervals, failures)
 
 
 def random_scenes() -> Iterator[Scene]:
     """Yield scenes of one cycle as users change them: those of the study trust, from another seed."""
     for each in count():
-        own = {"scene.name": f"random-{each}", "drive.cycles": 1.0}
-        yield random_scene(2 * each, SEED).with_values(own)
+        values = {"scene.name": f"random-{each}", "drive.cycles": 1.0}
+        yield random_scene(2 * each, SEED).with_values(values)
 
 
-def covered(scenes: Iterable[Scene], origin: str) -> Iterator[AgainstTruth]:
+def truth_runs(scenes: Iterable[Scene], origin: str) -> Iterator[TruthRun]:
     """Yield the scenes that the truth engine does not refuse."""
     for scene in scenes:
         with suppress(SceneError):
             check_forces(scene, TRUTH)
-            yield AgainstTruth(scene, origin)
+            yield TruthRun(scene, origin)
 
 
-def measure_scene(task: AgainstTruth, progress: Progress) -> Row:
+def measure_scene(task: TruthRun, progress: Progress) -> Row:
     """Run a scene by all three models, ours as ``sixbar validate`` does; return its part of `Results`."""
     progress(0.0)
     scene, rows, intervals = task.scene, list[Row](), list[Row]()
-    dense = run(dense_scene(scene), TRUTH)
-    true = at_own_samples(dense, scene)
-    (validated,) = validate(scene, n_jobs=0)
-    for tier, comparison in zip(TIERS, validated.comparison.tiers, strict=True):
-        ran, alpha = comparison.run_scene or scene, thresholds(tier).alpha
-        ideal = {(m, kind): Job(level, m) for m in MODELS for kind, level in ideal_scenes(ran, m).items()}
-        jobs = (ran, families(dense_scene(ran), MODELS)), (next(iter(ideal.values())).scene, ideal)
+    dense_table = run(dense_scene(scene), TRUTH)
+    truth = at_own_samples(dense_table, scene)
+    (validation,) = validate(scene, n_jobs=0)
+    for tier, comparison in zip(TIERS, validation.comparison.tiers, strict=True):
+        base, alpha = comparison.run_scene or scene, thresholds(tier).alpha
+        ideal = {(m, kind): Job(level, m) for m in MODELS for kind, level in ideal_scenes(base, m).items()}
+        jobs = (base, families(dense_scene(base), MODELS)), (next(iter(ideal.values())).scene, ideal)
         pair, ideals = (
             runs_by_model(refined, MODELS, dict(zip(each, run_all(list(each.values()), 0), strict=True)))
             for refined, each in jobs
         )
         for index, (model, runs) in enumerate(zip(MODELS, pair, strict=True)):
-            samples = samples_of(comparison, index, true, alpha)
-            own, of_intervals = sample_rows(samples, true, scene.period, alpha)
-            own += [
-                *extremum_rows(samples, runs, true, alpha),
-                *contact_rows(samples, runs, true, scene.period),
+            samples = samples_of(comparison, index, truth, alpha)
+            lines, interval_rows = sample_rows(samples, truth, scene.period, alpha)
+            lines += [
+                *extremum_rows(samples, runs, truth, alpha),
+                *contact_rows(samples, runs, truth, scene.period),
             ]
-            both = (runs, Runs(dense, finer=dense)), (ideals[index], ideals[0])
-            for name, one in compare_reliability(*both, scene.period, scene.reliability, 1.0).items():
-                own.append(summary("reliability", name, np.abs([one.minimum]), np.array([one.numerical])))
+            pairs = (runs, Runs(dense_table, finer=dense_table)), (ideals[index], ideals[0])
+            for name, one in compare_reliability(*pairs, scene.period, scene.reliability, 1.0).items():
+                lines.append(summary("reliability", name, np.abs([one.minimum]), np.array([one.numerical])))
             labels = {"scene": scene.name, "origin": task.origin, "tier": tier, "model": model}
-            rows += [labels | row for row in own]
-            intervals += [labels | row for row in of_intervals]
+            rows += [labels | row for row in lines]
+            intervals += [labels | row for row in interval_rows]
     if task.origin == "shipped":  # for which alone the names of settings state a bound
         labels = {"scene": scene.name, "origin": task.origin, "tier": ""}
-        rows += [labels | row for row in setting_rows(scene, true)]
+        rows += [labels | row for row in setting_rows(scene, truth)]
     return {"rows": rows, "intervals": intervals}
 
 
@@ -145,17 +145,17 @@ def run(scene: Scene, model: str) -> Table:
     return table_of(run_all([job], 0)[0], job)
 
 
-def setting_rows(scene: Scene, true: Table) -> Iterator[Row]:
+def setting_rows(scene: Scene, truth: Table) -> Iterator[Row]:
     """Yield a row for each named setting of each formulation: the largest error of x and its bound, m."""
     for model in MODELS:
         for formulation, name in product(formulations(model, scene.data), NAMES):
-            named = scene.variant({f"solver.{model}.formulation": formulation})
-            named = named.variant(solver_values(model, name, named))
+            variant = scene.variant({f"solver.{model}.formulation": formulation})
+            variant = variant.variant(solver_values(model, name, variant))
             bound, error = (
-                forecast(named, model),
-                np.abs(run(named, model).values(CHANNEL) - true.values(CHANNEL)),
+                forecast(variant, model),
+                np.abs(run(variant, model).values(CHANNEL) - truth.values(CHANNEL)),
             )
-            largest = error[true.time <= bound.cycles * scene.period].max(keepdims=True)
+            largest = error[truth.time <= bound.cycles * scene.period].max(keepdims=True)
             row = summary(f"--accuracy {name}", formulation, largest, np.array([bound.error]))
             yield row | {"outside": int(largest[0] > bound.error), "model": model}
 
@@ -174,18 +174,18 @@ class Samples(NamedTuple):
     until: float  # s, of the channel in the comparison
 
 
-def samples_of(comparison: SceneComparison, index: int, true: Table, alpha: float) -> list[Samples]:
+def samples_of(comparison: SceneComparison, index: int, truth: Table, alpha: float) -> list[Samples]:
     """Return the excited channels of the first (0) or second (1) model of a comparison."""
-    known: dict[str, Samples] = {}
+    samples: dict[str, Samples] = {}
     for name, channel in comparison.excited.items():  # positions come before what follows from them
         values, u = ((channel.a, channel.u_a), (channel.b, channel.u_b))[index]
         assert u is not None
-        position = known.get(channel.definition.follows or "")
-        judged = (u <= alpha * channel.scale) & ((values != 0.0) | (true.values(name) != 0.0))
+        position = samples.get(channel.definition.follows or "")
+        judged = (u <= alpha * channel.scale) & ((values != 0.0) | (truth.values(name) != 0.0))
         judged &= position is None or position.judged
-        error = np.abs(values - true.values(name))
-        known[name] = Samples(name, channel.scale, error, u, judged, channel.until)
-    return list(known.values())
+        error = np.abs(values - truth.values(name))
+        samples[name] = Samples(name, channel.scale, error, u, judged, channel.until)
+    return list(samples.values())
 
 
 def summary(kind: str, name: str, error: Array, u: Array, group: NDArray[np.intp] | None = None) -> Row:
@@ -201,7 +201,7 @@ def summary(kind: str, name: str, error: Array, u: Array, group: NDArray[np.intp
     return row | dict(zip(("width", "width_90"), widths, strict=True))
 
 
-def sample_rows(assessed: Sequence[Samples], true: Table, period: float, alpha: float) -> list[list[Row]]:
+def sample_rows(samples: Sequence[Samples], truth: Table, period: float, alpha: float) -> list[list[Row]]:
     """Return rows of each channel and of all, and one for each interval between touches that is judged.
 
     An interval has its ``largest`` error over u, the ``name`` of that channel, and as ``part`` the largest of
@@ -210,69 +210,69 @@ def sample_rows(assessed: Sequence[Samples], true: Table, period: float, alpha: 
     ``beyond`` counts predictable samples with an error above alpha times the scale; from ``until`` (s) on the
     error, the largest within the window of u(t), stays above that; None: it does not.
     """
-    time, rows, ratios = true.time, list[Row](), dict[str, Array]()
+    time, rows, ratios = truth.time, list[Row](), dict[str, Array]()
     others: dict[str, dict[str, Array]] = {"part": {}, "before": {}, "after": {}}
-    starts = np.unique([time[0], *pd.DataFrame(true.events)["start"]])
+    starts = np.unique([time[0], *pd.DataFrame(truth.events)["start"]])
     interval = np.searchsorted(starts, time, side="right") - 1
     half_width = window_samples(period, float(time[-1] - time[0]) / (time.size - 1))
-    for one in (one for one in assessed if one.judged.any()):
-        allowed, judged = alpha * one.scale, one.judged
-        around = maximum_filter1d(one.error, 2 * half_width + 1, mode="nearest")
-        lost = np.flatnonzero(around <= allowed).max(initial=-1) + 1
+    for one in (one for one in samples if one.judged.any()):
+        bound, judged = alpha * one.scale, one.judged
+        envelope = maximum_filter1d(one.error, 2 * half_width + 1, mode="nearest")
+        loss = np.flatnonzero(envelope <= bound).max(initial=-1) + 1
         row = summary("samples", one.name, one.error[judged], one.u[judged], interval[judged])
-        row["beyond"] = int((one.error[judged] > allowed).sum())
-        rows.append(row | {"until": float(time[lost]) if lost < time.size else None})
+        row["beyond"] = int((one.error[judged] > bound).sum())
+        rows.append(row | {"until": float(time[loss]) if loss < time.size else None})
         ratios[one.name] = np.where(judged, one.error / one.u, np.nan)
-        others["part"][one.name] = np.where(judged, one.error / allowed, np.nan)
+        others["part"][one.name] = np.where(judged, one.error / bound, np.nan)
         for side, at in (("before", time <= one.until), ("after", time > one.until)):
             others[side][one.name] = np.where(at, ratios[one.name], np.nan)
     table = pd.DataFrame(ratios).groupby(interval).max().dropna(how="all")
     largest = table.max(axis=1)
-    every: Row = {"kind": "intervals", "name": "", "outcomes": len(table), "largest": float(largest.max())}
-    every |= {width: float(np.median([row[width] for row in rows])) for width in ("width", "width_90")}
-    every["outside"] = int((largest > LIMIT).sum())
-    begun, ended = starts[table.index], np.append(starts, time[-1])[table.index + 1]
-    most = [pd.DataFrame(own).groupby(interval).max().max(axis=1)[table.index] for own in others.values()]
-    columns = zip(begun.tolist(), ended.tolist(), largest, table.idxmax(axis=1), *most, strict=True)
+    total: Row = {"kind": "intervals", "name": "", "outcomes": len(table), "largest": float(largest.max())}
+    total |= {width: float(np.median([row[width] for row in rows])) for width in ("width", "width_90")}
+    total["outside"] = int((largest > LIMIT).sum())
+    begins, ends = starts[table.index], np.append(starts, time[-1])[table.index + 1]
+    maxima = [pd.DataFrame(each).groupby(interval).max().max(axis=1)[table.index] for each in others.values()]
+    columns = zip(begins.tolist(), ends.tolist(), largest, table.idxmax(axis=1), *maxima, strict=True)
     names = ("start", "end", "largest", "name", *others)
-    return [[*rows, every], [dict(zip(names, one, strict=True)) for one in columns]]
+    return [[*rows, total], [dict(zip(names, one, strict=True)) for one in columns]]
 
 
-def of_runs(levels: dict[str, Array], true: Array, runs: Runs, floor: float) -> tuple[Array, Array]:
+def error_and_u(levels: dict[str, Array], truth: Array, runs: Runs, floor: float) -> tuple[Array, Array]:
     """Return error and u, shape (n,), of numbers of each run, by the rule for samples without a window."""
-    perturbed = tuple(values for which, values in levels.items() if which.endswith("perturbed"))
+    perturbed = tuple(values for kind, values in levels.items() if kind.endswith("perturbed"))
     values = RunValues(levels["base"], levels["finer"], levels.get("coarser"), perturbed, *runs.refinement)
-    return np.abs(levels["base"] - true), uncertainty(values, 0, floor)
+    return np.abs(levels["base"] - truth), uncertainty(values, 0, floor)
 
 
-def extremum_rows(assessed: Sequence[Samples], runs: Runs, true: Table, alpha: float) -> Iterator[Row]:
+def extremum_rows(samples: Sequence[Samples], runs: Runs, truth: Table, alpha: float) -> Iterator[Row]:
     """Yield a row for the predictable ones of the smallest and the largest value of each channel."""
-    base, tables = runs.base, runs.tables | {"true": true}
-    for one in assessed:
+    base, tables = runs.base, runs.tables | {"true": truth}
+    for one in samples:
         floor = float(round_off(base.values(one.name), base.time, base.definitions[one.name])[-1])
-        own = {which: table.extrema[one.name] for which, table in tables.items()}
-        levels = {which: np.array([each["min"], each["max"]]) for which, each in own.items()}
-        error, u = of_runs(levels, levels.pop("true"), runs, floor)
-        if (kept := u <= alpha * one.scale).any():
-            yield summary("extrema", one.name, error[kept], u[kept])
+        extrema = {kind: table.extrema[one.name] for kind, table in tables.items()}
+        levels = {kind: np.array([each["min"], each["max"]]) for kind, each in extrema.items()}
+        error, u = error_and_u(levels, levels.pop("true"), runs, floor)
+        if (predictable := u <= alpha * one.scale).any():
+            yield summary("extrema", one.name, error[predictable], u[predictable])
 
 
-def contact_rows(assessed: Sequence[Samples], runs: Runs, true: Table, period: float) -> Iterator[Row]:
-    """Yield how many predictable contacts have no partner, and the errors of those that all runs have.
+def contact_rows(samples: Sequence[Samples], runs: Runs, truth: Table, period: float) -> Iterator[Row]:
+    """Yield the count of predictable contacts without a partner, and the errors of those in all runs.
 
     A contact is predictable where its corner's gap is at the samples on either side.
     """
-    gaps = {one.name[7:9]: one.judged for one in assessed if one.name.endswith("_gap")}
-    events = {which: pd.DataFrame(table.events) for which, table in (runs.tables | {"true": true}).items()}
-    rows = {which: same_contacts(events["true"], own, WINDOW * period) for which, own in events.items()}
-    predictable = begin_where(events["true"], true.time, gaps)
+    gaps = {one.name[7:9]: one.judged for one in samples if one.name.endswith("_gap")}
+    events = {kind: pd.DataFrame(table.events) for kind, table in (runs.tables | {"true": truth}).items()}
+    rows = {kind: same_contacts(events["true"], each, WINDOW * period) for kind, each in events.items()}
+    predictable = begin_where(events["true"], truth.time, gaps)
     counts = {"outcomes": int(predictable.sum()), "outside": int((predictable & (rows["base"] < 0)).sum())}
     yield {"kind": "contacts without a partner", "name": "", **counts}
-    kept = predictable & np.all([each >= 0 for each in rows.values()], axis=0)
-    for name in ("start", "impulse") if kept.any() else ():
-        levels = {which: own[name].to_numpy(float)[rows[which][kept]] for which, own in events.items()}
+    common = predictable & np.all([each >= 0 for each in rows.values()], axis=0)
+    for name in ("start", "impulse") if common.any() else ():
+        levels = {kind: each[name].to_numpy(float)[rows[kind][common]] for kind, each in events.items()}
         floor = ROUND_OFF * float(levels["true"].max())
-        yield summary(f"{name} of contacts", "", *of_runs(levels, levels.pop("true"), runs, floor))
+        yield summary(f"{name} of contacts", "", *error_and_u(levels, levels.pop("true"), runs, floor))
 
 
 def same_contacts(contacts: pd.DataFrame, others: pd.DataFrame, window: float) -> NDArray[np.intp]:
@@ -292,58 +292,58 @@ def limit_by_scene(rows: pd.DataFrame) -> float:
     return float(np.quantile(totals[:, 0] / totals[:, 1], 0.95))
 
 
-def counted(rows: pd.DataFrame, by: list[str]) -> Iterator[dict[str, str]]:
+def count_lines(rows: pd.DataFrame, by: list[str]) -> Iterator[dict[str, str]]:
     """Yield the line of each group of rows in a table."""
-    for keys, own in rows.groupby(by, sort=False):
-        outcomes, outside = own[["outcomes", "outside"]].sum().astype(int)
+    for keys, group in rows.groupby(by, sort=False):
+        outcomes, outside = group[["outcomes", "outside"]].sum().astype(int)
         yield {
             **dict(zip(by, map(str, keys), strict=True)),
             "outcomes": str(outcomes),
             "outside": str(outside),
             "at most, 95 %": share(upper_limit(outside, outcomes)),
-            "by scene": share(limit_by_scene(own)),
-            "largest error over u": number(own["largest"].max(), 2),
-            "u over error, median": number(own["width"].median(), 2),
-            "90 % below": number(own["width_90"].median(), 2),
+            "by scene": share(limit_by_scene(group)),
+            "largest error over u": number(group["largest"].max(), 2),
+            "u over error, median": number(group["width"].median(), 2),
+            "90 % below": number(group["width_90"].median(), 2),
         }
 
 
 def page(results: Results) -> dict[str, object]:
-    """Return what stands in the page."""
+    """Return the variables of the template."""
     groups = dict(list(results.rows.groupby("kind", sort=False)))
-    every, samples = groups.pop("intervals"), groups.pop("samples")
-    lost = samples[(samples["name"] == CHANNEL) & samples["until"].notna()]
+    intervals, samples = groups.pop("intervals"), groups.pop("samples")
+    losses = samples[(samples["name"] == CHANNEL) & samples["until"].notna()]
     run, outside = ["scene", "model", "tier"], results.intervals[results.intervals["largest"] > LIMIT]
     worst = outside.loc[outside.groupby(run, sort=False)["largest"].idxmax()]
     counts = outside.groupby(run).agg(outside=("largest", "size"), most=("part", "max"))
     return {
-        "scenes": {each: list(every["scene"][every["origin"] == each].unique()) for each in ORIGINS},
+        "scenes": {each: list(intervals["scene"][intervals["origin"] == each].unique()) for each in ORIGINS},
         "beyond": [
-            f"{own['beyond'].sum():.0f} of {own['samples'].sum():.0f} ({origin})"
-            for origin, own in samples.groupby("origin", sort=False)
+            f"{group['beyond'].sum():.0f} of {group['samples'].sum():.0f} ({origin})"
+            for origin, group in samples.groupby("origin", sort=False)
         ],
         "parts": by_until(results.intervals),
-        "median": {tier: number(own["width"].median(), 2) for tier, own in every.groupby("tier")},
-        "missed": worst.merge(counts, on=run).to_dict("records"),
-        "overview": rows_table(counted(every, ["origin", "model", "tier"])),
-        "channels": rows_table(counted(samples, ["name", "tier"])),
-        "others": rows_table(counted(pd.concat(groups.values()), ["kind", "model", "tier"])),
-        "lost": lost.to_dict("records"),
-        "failed": results.failed,
+        "median": {tier: number(group["width"].median(), 2) for tier, group in intervals.groupby("tier")},
+        "misses": worst.merge(counts, on=run).to_dict("records"),
+        "overview": rows_table(count_lines(intervals, ["origin", "model", "tier"])),
+        "channels": rows_table(count_lines(samples, ["name", "tier"])),
+        "others": rows_table(count_lines(pd.concat(groups.values()), ["kind", "model", "tier"])),
+        "losses": losses.to_dict("records"),
+        "failures": results.failures,
         "limit": LIMIT,
         "machine": machine_and_versions(),
     }
 
 
 def by_until(intervals: pd.DataFrame) -> dict[str, dict[str, str]]:
-    """Return how many intervals are outside, up to `until` of each channel and after it, by origin.
+    """Return the counts of intervals outside, up to `until` of each channel and after it, by origin.
 
     ``limit`` is that of the random scenes.
     """
     parts: dict[str, dict[str, str]] = {}
     for side in ("before", "after"):
-        own = [intervals.loc[intervals["origin"] == origin, side].dropna() for origin in ORIGINS]
-        counts = [(int((each > LIMIT).sum()), each.size) for each in own]
+        values = [intervals.loc[intervals["origin"] == origin, side].dropna() for origin in ORIGINS]
+        counts = [(int((each > LIMIT).sum()), each.size) for each in values]
         parts[side] = {origin: f"{n} of {of}" for origin, (n, of) in zip(ORIGINS, counts, strict=True)}
         parts[side]["limit"] = share(upper_limit(*counts[-1]))
     return parts
@@ -352,17 +352,17 @@ def by_until(intervals: pd.DataFrame) -> dict[str, dict[str, str]]:
 def draw(results: Results, folder: Path) -> None:
     """Draw the errors of the intervals as a distribution, and the width of u by scene; write the table."""
     write_csv({"truth": results.rows}, folder, "%.4g")
-    every, intervals = results.rows[results.rows["kind"] == "intervals"], results.intervals
+    totals, intervals = results.rows[results.rows["kind"] == "intervals"], results.intervals
     shares = intervals.groupby(["model", "tier"])["largest"].rank(ascending=False, pct=True)
     curves = intervals.assign(share=shares).sort_values("largest")
     for name, frame, x, y, marks, label in (
         ("intervals", curves, "largest", "share", ("-", "--"), "largest error over u in an interval"),
-        ("widths", every, "width", "scene", ("o", "s"), "median of u over error"),
+        ("widths", totals, "width", "scene", ("o", "s"), "median of u over error"),
     ):
-        height = 3.0 if name == "intervals" else 1.4 + 0.22 * every["scene"].nunique()
+        height = 3.0 if name == "intervals" else 1.4 + 0.22 * totals["scene"].nunique()
         with svg.panels(folder / f"{name}.svg", height=height) as (axes,):
-            for (model, tier), own in frame.groupby(["model", "tier"]):
-                (line,) = axes.plot(own[x], own[y], marks[TIERS.index(str(tier))], label=f"{model}, {tier}")
+            for (model, tier), rows in frame.groupby(["model", "tier"]):
+                (line,) = axes.plot(rows[x], rows[y], marks[TIERS.index(str(tier))], label=f"{model}, {tier}")
                 line.set_color(_COLOURS[str(model)])
             axes.margins(x=0.03)
             axes.axvline(LIMIT if name == "intervals" else 1.0, color=svg.LIMIT)

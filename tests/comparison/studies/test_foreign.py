@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparison.studies.foreign.study import STUDY, Extent, late, lead, measure
+from comparison.studies.foreign.study import STUDY, Extent, lead, measure, until_is_late
 from comparison.studies.foreign.systems import SYSTEMS
 from comparison.studies.foreign.truth import Truth
 
@@ -39,14 +39,14 @@ def test_the_solvers_and_the_truth_follow_a_closed_form():
 )
 def test_until_is_late_only_behind_a_window_after_a_run_parts(until, is_late, factor):
     rows = pd.DataFrame([{"until": until, "parted": 5.0, "window": 0.1, "exponent": 1.0}])
-    assert late(rows).tolist() == [is_late]
+    assert until_is_late(rows).tolist() == [is_late]
     assert np.exp(np.maximum(lead(rows), 0.0)).tolist() == pytest.approx([factor])
 
 
 def test_a_page_of_one_system_is_whole(tmp_path):
     pytest.importorskip("heyoka", reason="the truth is computed by heyoka")
     results = measure(Extent([BY_NAME["Relaxation to a sine"]], 1), 1, None)
-    assert results.failed == []
+    assert results.failures == []
     clean, faults = (results.rows[results.rows["fault"].eq(0.0) == same] for same in (True, False))
     assert set(clean["verdict"]) == {"agree"}
     assert set(faults["verdict"]) == {"differ"}

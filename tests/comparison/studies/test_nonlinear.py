@@ -11,7 +11,7 @@ from comparison.execution.run import run_one
 from comparison.scene import load_scene
 from comparison.studies.paper import exponents as lyapunov
 from comparison.studies.paper.exponents import Chaos, Exponent
-from comparison.studies.paper.nonlinear import DISTANCES, MAIN, believed
+from comparison.studies.paper.nonlinear import DISTANCES, MAIN, choose
 
 RESTITUTION = 0.5
 
@@ -24,7 +24,7 @@ def along(step, start, periods, distance, round_off=1e-15, period=1):
         np.array(start),
         0,
         periods,
-        lyapunov.Following(np.array([distance]), round_off, np.ones(len(start)), period),
+        lyapunov.Settings(np.array([distance]), round_off, np.ones(len(start)), period),
     )
     return exponent
 
@@ -81,7 +81,7 @@ def test_collapsed_orbits_give_a_bound_and_keep_their_direction(period, collapse
 
     exponent = along(advance, [0.0, 0.0], 10, 1e-6, round_off=1e-12, period=period)
     assert exponent.collapsed == collapsed
-    assert exponent.value == pytest.approx(period * (log(lyapunov.CLEAR * 1e-3) + log(2.0)) / 2, rel=1e-9)
+    assert exponent.value == pytest.approx(period * (log(lyapunov.MARGIN * 1e-3) + log(2.0)) / 2, rel=1e-9)
 
 
 def test_the_exponent_to_believe_is_that_of_the_smallest_distance_at_which_it_is_measured():
@@ -95,7 +95,7 @@ def test_the_exponent_to_believe_is_that_of_the_smallest_distance_at_which_it_is
         # Only the first starts within a hundredth of the scatter.
         ([bound, whole, whole, whole, whole], 100 * first, bound),
     ):
-        assert believed({key: each}, {MAIN: scatter}) == {key: best}
+        assert choose({key: each}, {MAIN: scatter}) == {key: best}
 
 
 @pytest.mark.parametrize(
@@ -128,16 +128,16 @@ def test_stages_from_flight_to_flight_are_the_run():
     scene = load_scene("150rpm-0.2mm", values | {"solver.reference.tolerance": 1e-12})
     run = run_one(scene, "reference")
     press = lyapunov.Press(scene, partial(run_one, model="reference"))
-    whole, flying = lyapunov.states(run, scene), lyapunov.free(run, scene)
+    whole, flying = lyapunov.states(run, scene), lyapunov.in_flight(run, scene)
     when, stages = int(np.argmax(flying)), 0
     while when < PER_CYCLE:
         state, end = press.orbit(whole[when], when)
-        assert end - when >= lyapunov.SHORTEST * PER_CYCLE
+        assert end - when >= lyapunov.SHORTEST_STAGE * PER_CYCLE
         assert flying[end]
         # A state in the table is rounded to 1e-16 m; an impact makes 1e-12 m of that (its force changes by
         # 1e7 N a metre), and a stage through the chatter multiplies it by up to 1e4.
         assert np.linalg.norm((state - whole[end]) * lyapunov.scale(scene)) < 1e-7
-        assert press.perturbed(whole[when], when, end).tolist() == state.tolist()
+        assert press.advance(whole[when], when, end).tolist() == state.tolist()
         when, stages = end, stages + 1
     # The rest at the wall takes a quarter of the cycle in one stage.
-    assert 5 <= stages <= 1 / lyapunov.SHORTEST
+    assert 5 <= stages <= 1 / lyapunov.SHORTEST_STAGE

@@ -14,10 +14,10 @@ from comparison.models import MODELS
 from comparison.scene import load_scene
 from comparison.studies.paper import claims, fitting, ledger, numerics, runs, study
 from comparison.studies.paper.claims import Verdict
-from comparison.studies.paper.ledger import Drawn, Interval, Size, Use
+from comparison.studies.paper.ledger import Draws, Interval, Size, Use
 from comparison.studies.paper.runs import CENTRAL
 from comparison.studies.shared.published import published
-from comparison.studies.shared.scenes import settable
+from comparison.studies.shared.scenes import key_values
 from comparison.tables.table import Table
 
 CYCLES, DENSE, SPARSE = 12, 200, 50
@@ -84,7 +84,7 @@ def drawn(made_up, tried):
         shown = pd.DataFrame([runs.measure(name, made_up, "reference", LIMITS)._asdict()] * 41)
         frames["gravity"][name] = shown
         frames["none"][name] = shown.assign(value=shown["value"] / 2, other=shown["other"] / 2)
-    return Drawn(frames, tried)
+    return Draws(frames, tried)
 
 
 FIRST, LATER = 3e-5, 1e-5  # errors of y in the first half of a cycle, and ever after
@@ -113,7 +113,7 @@ def world():
     made_up = motions([motion], {CENTRAL: {"y": transient(many, SPARSE), "vy": np.full(many, LASTING)}})
     peak = runs.measure("F9-69-v", made_up, "reference", LIMITS).value
     run = {"id": "F9-69-v", "relative": 1e-3, "absolute": 1e-6, "default": True, "inside": True, "draw": 0}
-    solver = pd.DataFrame([run | {"gain": gain, "value": 1.3 * peak} for gain in (claims.BARE, 10.0)])
+    solver = pd.DataFrame([run | {"gain": gain, "value": 1.3 * peak} for gain in (claims.NIL, 10.0)])
     made_up = dataclasses.replace(made_up, solver=solver)
     printed = published("F11-01-v").value
     forms = {"counts": [True, False], "variant": ["flores", "foundation"], "change": [0.4 * printed, 9.0]}
@@ -173,9 +173,9 @@ def test_samples_say_how_much_of_a_largest_error_they_may_miss():
     for shift in np.linspace(0.0, 1.0, 9):
         sizes = np.maximum(np.cos(np.pi / 8 * (np.arange(40) - 20 - shift)), 0.0)
         # A parabola through three samples of a cosine is lower by a fourth power: 3 % of what they miss.
-        assert 1.05 * runs.missed(sizes, sizes.max()) >= 1.0 - sizes.max()
-        assert runs.missed(sizes, sizes.max()) < 0.08  # one in two misses 1 - cos(pi / 8)
-    assert runs.missed(sizes, 1.1) == 0.0  # the model's own extremum is known
+        assert 1.05 * runs.shortfall(sizes, sizes.max()) >= 1.0 - sizes.max()
+        assert runs.shortfall(sizes, sizes.max()) < 0.08  # one in two misses 1 - cos(pi / 8)
+    assert runs.shortfall(sizes, 1.1) == 0.0  # the model's own extremum is known
 
 
 def test_one_draw_against_all_printed_sizes_and_what_random_sizes_give():
@@ -234,7 +234,7 @@ def test_a_range_of_the_first_cycle_alone_is_told_from_a_lasting_one(world):
     made_up, _, _, judged = world
     shown = runs.measure("F14e-y2", made_up, "reference", {})
     assert (shown.value, shown.other) == pytest.approx((FIRST, LATER))
-    assert shown.missed == pytest.approx(0.0, abs=1e-15)
+    assert shown.shortfall == pytest.approx(0.0, abs=1e-15)
     rows = judged[judged["hypothesis"] == "gravity"].set_index("id")
     assert rows.loc["F14e-y2", ["transient", "later"]].tolist() == pytest.approx([1.0, LATER])
     assert rows.loc["F14e-vy2", ["transient", "later"]].tolist() == pytest.approx([0.0, LASTING])
@@ -276,7 +276,7 @@ def test_the_page_counts_what_its_tables_say(world, tmp_path):
     times = pd.concat([ledger.instants(entries, draws, each).assign(reach=each) for each in study.REACHES])
     results = study.Results(
         made_up, entries, judged, times.reset_index(drop=True), ledger.joints(entries, draws),
-        draws.tried, LIMITS, claims.judge_all(made_up),
+        draws.forms, LIMITS, claims.judge_all(made_up),
     )  # fmt: skip
     text = study.STUDY.report(results, tmp_path).read_text("utf-8")
     assert not re.search(r"\{\w*\}|\bnan\b", text)
@@ -328,7 +328,7 @@ def test_a_violated_constraint_drifts_without_baumgarte_and_decays_with_it(gain)
 
 def test_drawn_inputs_are_in_their_bounds_and_the_geometry_meets_the_printed_facts():
     scene, facts = load_scene(CENTRAL), fitting.printed_facts()
-    known, starts = settable(scene.data), []
+    known, starts = key_values(scene.data), []
     for number in range(12):
         values = runs.draw(scene, number)
         starts.append(values[runs.START] / known["clearance.slider"])
@@ -343,7 +343,7 @@ def test_drawn_inputs_are_in_their_bounds_and_the_geometry_meets_the_printed_fac
         crank, rod2, rocker, rod4 = (values[f"mechanism.{rod}.length"] for rod in runs.RODS)
         lengths = fitting.Lengths(crank, rod2, rocker, rocker / 2, rod4)
         geometry = fitting.Geometry(*values["mechanism.rocker_pivot"], line)
-        _, shown = fitting.shown(geometry, fitting.TOPOLOGIES[0], lengths)
+        _, shown = fitting.facts_of(geometry, fitting.TOPOLOGIES[0], lengths)
         assert np.all(np.abs(shown - facts["value"]) <= facts["allowance"] * (1 + 1e-9))
         assert values[runs.ANGLE] == pytest.approx(shown[0], abs=1.1e-7)  # its dead centre
     assert min(starts) < -0.5 < 0.5 < max(starts)
@@ -354,7 +354,7 @@ def test_drawn_inputs_are_in_their_bounds_and_the_geometry_meets_the_printed_fac
 def test_draws_that_do_not_succeed_leave_their_reasons():
     one = runs.Draw(CENTRAL, ("F9-210-d",), CONFIG, {}, changes={"contact.poisson": 0.7})
     (ensemble,) = runs.run_draws([(one, 2)], 1, None)
-    assert ensemble.shown.empty
+    assert ensemble.readings.empty
     assert ["contact.poisson = 0.7 must" in failure for failure in ensemble.failures] == [True, True]
 
 
@@ -399,7 +399,7 @@ def solved(made_up, bare, stable):
     """Runs of the paper's solver without stabilization and with it, by what part of the size of ours."""
     size = runs.measure("F9-69-v", made_up, "reference", {}).value
     # Of other tolerances than those without stabilization a run does not count.
-    settings = [(claims.BARE, True, bare * size), (10.0, True, stable * size), (10.0, False, 3.0 * size)]
+    settings = [(claims.NIL, True, bare * size), (10.0, True, stable * size), (10.0, False, 3.0 * size)]
     solver = pd.DataFrame(settings, columns=["gain", "default", "value"]).assign(id="F9-69-v")
     return dataclasses.replace(made_up, solver=solver)
 

@@ -17,7 +17,7 @@ from comparison.execution.pool import kept_workers
 from comparison.models import ROOT, EngineError
 from comparison.report import svg
 from comparison.scene import shipped_scenes
-from comparison.studies import MOVED, NAMES, verdicts, write_study
+from comparison.studies import NAMES, SUCCESSORS, verdicts, write_study
 from comparison.studies.paper import MAIN, PARTS
 from comparison.studies.shared.published import published
 from comparison.studies.shared.study import interval, share, upper_limit
@@ -104,7 +104,7 @@ def test_make_reports_keeps_pages_of_studies_without_their_engine(tmp_path, monk
 
 
 def test_a_study_that_is_a_part_now_says_so(capsys):
-    for name, moved in MOVED.items():
+    for name, moved in SUCCESSORS.items():
         assert main(["study", name, "--small", "--jobs", "1"]) == 2
         assert f": sixbar study {moved}\n" in capsys.readouterr().err
 

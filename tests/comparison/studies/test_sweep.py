@@ -10,7 +10,7 @@ import pytest
 from fake_model import GRAVITY
 
 from comparison.cli import main
-from comparison.studies.sweep import USUAL, SweepError, names, on_cluster, quantity
+from comparison.studies.sweep import DEFAULTS, SweepError, names, on_cluster, quantity
 from comparison.tables.table import Table
 
 pytestmark = pytest.mark.usefixtures("elsewhere")
@@ -39,7 +39,7 @@ def test_what_is_measured_of_a_run_whose_numbers_are_known():
     assert quantity("max:slider_y", Table(frame), None, 1.0) == 9.0
     assert {quantity(name, Table(frame), None, 1.0) for name in ("contacts", "impulse", "steps")} == {None}
     assert quantity("largest:impulse", Table(frame, events[:0]), None, 1.0) == 0.0
-    assert set(USUAL) | set(known) <= set(names({}))
+    assert set(DEFAULTS) | set(known) <= set(names({}))
 
 
 def sweep(*arguments):

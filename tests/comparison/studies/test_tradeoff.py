@@ -50,15 +50,15 @@ def test_ratios_are_taken_at_equal_error_and_failures_are_no_points():
     frame = pd.DataFrame(rows)
     assert len(study.curve_of(frame, MINIMAL, next(iter(study.SCENES)))) == len(SWEEPS[MINIMAL]) - 1
     table = study.ratios(frame).set_index(["cost of", "scene"])
-    ratios = table.loc[(MULTIPLIERS.title, study.SCENES[SCENE]), list(study.EQUAL)]
+    ratios = table.loc[(MULTIPLIERS.title, study.SCENES[SCENE]), list(study.ERRORS)]
     assert ratios.astype(float).to_numpy() == pytest.approx(30.0, rel=1e-9)
     # 1e-9 m is out of reach of scipy's DOP853, whose settings end at 1e-9.
     assert study.costs(frame, SCENE).loc[MINIMAL_SCIPY.title].isna().tolist() == [False] * 4 + [True]
 
 
 def test_a_bound_is_three_times_the_largest_error_and_no_less_than_that_of_a_finer_setting():
-    assert study.bounded([1.11e-6, 1e-9, 3e-9], 1e-12) == [3.4e-6, 9e-9, 9e-9]
-    assert study.bounded([1e-6, 1e-9, 1e-13], 1e-10) == [3e-6, 3e-9, 3e-10]
+    assert study.error_bounds([1.11e-6, 1e-9, 3e-9], 1e-12) == [3.4e-6, 9e-9, 9e-9]
+    assert study.error_bounds([1e-6, 1e-9, 1e-13], 1e-10) == [3e-6, 3e-9, 3e-10]
     labels = {"model": "reference", "scene": "a", "cycles": 0.5}
     rows = [
         labels | {"formulation": name, "accuracy": each, "seconds": seconds, "error": error}
@@ -66,7 +66,7 @@ def test_a_bound_is_three_times_the_largest_error_and_no_less_than_that_of_a_fin
         for seconds, share in ((2.0, 1.0), (3.0, 0.5))
         for each, error in zip(NAMES, np.multiply(errors, share), strict=True)
     ]
-    table = tomllib.loads(study.named_table(rows))
+    table = tomllib.loads(study.settings_toml(rows))
     assert table["a"]["minimal"] == {"error": [3e-6, 3e-9, 3e-10], "seconds": [4.0] * 3}
     assert table["a"]["tree"]["error"] == [3e-7, 3e-9, 3e-10]
 
@@ -75,7 +75,7 @@ def test_a_bound_is_three_times_the_largest_error_and_no_less_than_that_of_a_fin
 def test_a_measured_run_has_its_error_against_the_exact_one():
     scene = study.first_cycle(SCENE).variant({"drive.cycles": 1.0, "output.groups": []})
     tasks = [
-        study.Timed(SCENE, 0, "reference", "minimal", scene.variant({"solver.reference.tolerance": value}))
+        study.TimedRun(SCENE, 0, "reference", "minimal", scene.variant({"solver.reference.tolerance": value}))
         for value in (1e-6, 1e-9)
     ]
     coarse, fine = measure_all(measure, tasks, on_processes(1))

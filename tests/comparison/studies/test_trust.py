@@ -19,8 +19,8 @@ from comparison.scene.keys import flat
 from comparison.studies.shared.scenes import at_tier
 from comparison.studies.trust import adjudication, judge, population, study
 from comparison.studies.trust import faults as seeded
-from comparison.studies.trust.faults import Fault, catalogue, installed, scenes
-from comparison.studies.trust.judge import Comparison, detected, trials
+from comparison.studies.trust.faults import Fault, catalogue, install_copies, scenes
+from comparison.studies.trust.judge import Comparison, shows_fault, trials
 from comparison.tables.table import Table, TableError
 from comparison.verdict.compare import compare
 
@@ -29,7 +29,7 @@ FAULTS = catalogue()
 
 def test_other_code_replaces_one_place_of_the_present_sources():
     for fault in catalogue("code"):
-        assert fault.new in seeded.changed(fault)  # which refuses what is there twice, or not any more
+        assert fault.new in seeded.faulty_source(fault)  # which refuses what is there twice, or not any more
 
 
 def test_every_fault_is_tried_in_its_model_and_only_a_wrong_number_changes_the_scene():
@@ -38,8 +38,8 @@ def test_every_fault_is_tried_in_its_model_and_only_a_wrong_number_changes_the_s
     for task, fault in tried:
         assert task.scene == scenes(task.tier)[fault.scene]
         faulty, other = sorted(MODELS, key=lambda model: model != task.faulty)
-        assert (task.given(task.scene, faulty).hash != task.scene.hash) == (fault.kind == "number")
-        assert task.given(task.scene, other) == task.scene
+        assert (task.model_scene(task.scene, faulty).hash != task.scene.hash) == (fault.kind == "number")
+        assert task.model_scene(task.scene, other) == task.scene
         assert (task.engine(faulty), task.engine(other)) == (fault.engine or faulty, other)
 
 
@@ -58,16 +58,16 @@ def twins():
 @pytest.mark.parametrize("fault", catalogue("table"), ids=lambda fault: fault.spoil)
 def test_no_spoiled_table_agrees(fault, twins):
     a, b, scene = twins
-    assert compare(*seeded.spoiled("", a, b), scene=scene, tier="tight").verdict == "agree"
+    assert compare(*seeded.spoil_runs("", a, b), scene=scene, tier="tight").verdict == "agree"
     before = b.base.frame.copy()
-    sides = seeded.spoiled(fault.spoil, a, b)
+    sides = seeded.spoil_runs(fault.spoil, a, b)
     assert b.base.frame.equals(before)  # what is spoiled is a copy
     try:
         row = judge.summary(compare(*sides, scene=scene, tier="tight"))
     except TableError as error:
         row = judge.refusal(str(error))
     # One sample in a hundred may be unexplained. A gate that sees one in 250 must say so here.
-    assert detected(fault, row) == (not fault.missed)
+    assert shows_fault(fault, row) == (not fault.missed)
 
 
 def test_the_same_scene_is_drawn_every_time_and_the_pushed_ones_start_between_their_walls():
@@ -81,7 +81,7 @@ def test_the_same_scene_is_drawn_every_time_and_the_pushed_ones_start_between_th
         assert data["joints"]["slider"] == "ideal" or outermost < data["clearance"]["slider"]
     # Users change one key to three.
     scene, rng = load_scene("both-clearances"), np.random.default_rng(2)
-    before, users = flat(scene.data), [flat(population.changed(scene, rng).data) for _ in range(50)]
+    before, users = flat(scene.data), [flat(population.user_scene(scene, rng).data) for _ in range(50)]
     keys = [key for key in before if not key.startswith("scene.")]
     assert {sum(after[key] != before[key] for key in keys) for after in users} == {1, 2, 3}
 
@@ -98,7 +98,7 @@ def test_random_linkages_are_the_same_every_time_and_start_in_their_gaps_with_a_
         assert scene.duration == pytest.approx(0.004, rel=0.01)
         assert 0.02 <= abs(fault.factor - 1.0) <= 0.05
         task = Comparison(scene, "standard", fault, model)
-        changed = [task.given(scene, one) != scene for one in MODELS]
+        changed = [task.model_scene(scene, one) != scene for one in MODELS]
         assert changed == [one == model for one in MODELS]
 
 
@@ -109,7 +109,7 @@ def test_a_fault_in_a_linkage_is_found_and_sized_by_what_it_changes_in_its_model
     assert (right["verdict"], right["failed"], right["worth"]) == ("agree", "", 0.0)
     fault = Fault(kind="number", name="gravity", key="environment.gravity", factor=1.02)
     row = Comparison(short, "standard", fault, "reference").row()
-    assert detected(fault, row)
+    assert shows_fault(fault, row)
     assert row["worth"] > population.LINKAGES["worth"]
     refused = Comparison(short.with_values({"solver.reference.tolerance": 1e-30}), "standard").row()
     assert (refused["verdict"], bool(refused["failed"])) == ("cannot compare", True)
@@ -122,7 +122,7 @@ def test_a_fault_of_each_kind_and_model_is_detected_and_nothing_without_one(tmp_
     tried = [(task, fault) for task, fault in trials(FAULTS) if fault.name in few and task.tier == "tight"]
     assert len({(fault.kind, task.faulty) for task, fault in tried}) == 5
     healthy = [Comparison(scenes("tight")[name], "tight") for name in ("press", "impact")]
-    with installed([fault for _, fault in tried if fault.engine]):
+    with install_copies([fault for _, fault in tried if fault.engine]):
         rows = judge.measure_tasks([*healthy, *(task for task, _ in tried)], 2)
     assert [row["verdict"] for row in rows[:2]] == ["agree", "agree"]
     for (_, fault), row in zip(tried, rows[2:], strict=True):

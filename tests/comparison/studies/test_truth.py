@@ -110,7 +110,7 @@ def rows_of(outside, outcomes):
 
 
 def test_the_limit_of_a_share_is_that_of_drawing_scenes():
-    (line,) = study.counted(rows_of((3, 0, 0), (100, 100, 100)), ["model", "tier"])
+    (line,) = study.count_lines(rows_of((3, 0, 0), (100, 100, 100)), ["model", "tier"])
     assert (line["outcomes"], line["outside"], line["u over error, median"]) == ("300", "3", "10")
     # The first scene is drawn two times or three in 7 of 27 cases, three times in one of 27.
     assert line["by scene"] == "2\u00a0%"
@@ -150,7 +150,7 @@ def test_one_scene_for_real(install):
     )
     install("truth_entry", "", {study.TRUTH: "truth_press:simulate"})
     results = study.measure(study.STUDY.small, 1, None)
-    assert not results.failed
+    assert not results.failures
     text = study.STUDY.text(results)
     assert re.search(r"uncertainty in 0 of \d+ intervals between touches of 1 shipped scenes", text)
     assert set(results.rows["origin"]) == {"shipped", "random"}
