@@ -26,12 +26,12 @@ def _progress_without_time(monkeypatch):
 
 
 @pytest.fixture
-def elsewhere(tmp_path, monkeypatch):
+def empty_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
 @pytest.fixture
-def own_cache(tmp_path, monkeypatch):
+def empty_cache(tmp_path, monkeypatch):
     """An empty cache: every run is a new one."""
     monkeypatch.setenv("SIXBAR_CACHE_DIR", str(tmp_path / "cache"))
 

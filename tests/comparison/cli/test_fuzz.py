@@ -16,7 +16,7 @@ from comparison.scene import shipped_scenes
 from comparison.scene.keys import scene_keys
 from comparison.tables.table_files import write
 
-pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("elsewhere")]
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("empty_folder")]
 EXAMPLES = int(os.environ.get("HYPOTHESIS_EXAMPLES", "300"))
 many = settings(
     max_examples=EXAMPLES,

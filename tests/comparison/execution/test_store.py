@@ -19,7 +19,7 @@ from comparison.tables.table import Table
 KEY = "0" * 64
 ROW = {"status": "success", "x": 0.1, "n": 3}
 
-pytestmark = pytest.mark.usefixtures("own_cache")
+pytestmark = pytest.mark.usefixtures("empty_cache")
 
 
 @pytest.fixture
@@ -100,7 +100,7 @@ def test_an_error_of_writing_names_the_file(tmp_path):
     assert full.value.filename == str(tmp_path / "a.csv")
 
 
-@pytest.mark.usefixtures("elsewhere")
+@pytest.mark.usefixtures("empty_folder")
 @pytest.mark.parametrize("failing", ["b", "sub/c"])
 def test_files_of_one_folder_are_replaced_together_or_not_at_all(failing):
     """Moving the last, to a folder with content or below a file, fails after the others have moved."""

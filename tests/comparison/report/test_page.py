@@ -253,7 +253,7 @@ def test_shades_cover_their_samples_and_are_as_wide_as_a_column():
     assert svg.spans(mask, np.arange(11.0), 4) == [(0.0, 1.5), (3.25, 5.75), (7.75, 10.0)]
 
 
-@pytest.mark.usefixtures("elsewhere")
+@pytest.mark.usefixtures("empty_folder")
 def test_a_table_s_name_is_shown_as_it_is(make_table, capsys):
     """A dollar sign begins mathematics in a label, and an underline what a legend leaves out."""
     write(make_table(), "b.csv")

@@ -8,7 +8,7 @@ from comparison.studies.extremes import study
 from comparison.studies.extremes.runs import CUT_OFF, PairRun, run_pairs
 from comparison.studies.extremes.study import AXES, HYPERCUBE, LAWS, PAIRS, Class, cells, classify
 
-pytestmark = pytest.mark.usefixtures("own_cache")
+pytestmark = pytest.mark.usefixtures("empty_cache")
 
 EVERY_CELL = cells(study.STUDY.full.axes, study.STUDY.full.points)
 

@@ -13,7 +13,7 @@ from comparison.cli import main
 from comparison.studies.sweep import DEFAULTS, SweepError, names, on_cluster, quantity
 from comparison.tables.table import Table
 
-pytestmark = pytest.mark.usefixtures("elsewhere")
+pytestmark = pytest.mark.usefixtures("empty_folder")
 QUICK = ["--set", "output.samples_per_cycle=50", "--set", "drive.cycles=2.0"]
 
 

@@ -71,7 +71,7 @@ def test_a_bound_is_three_times_the_largest_error_and_no_less_than_that_of_a_fin
     assert table["a"]["tree"]["error"] == [3e-7, 3e-9, 3e-10]
 
 
-@pytest.mark.usefixtures("own_cache")
+@pytest.mark.usefixtures("empty_cache")
 def test_a_measured_run_has_its_error_against_the_exact_one():
     scene = study.first_cycle(SCENE).variant({"drive.cycles": 1.0, "output.groups": []})
     tasks = [

@@ -49,7 +49,7 @@ def test_cycle_and_angle_of_the_crank_follow_the_scene(speed, angle):
     assert instant_of(0.42, judged) == f"0.42 s (cycle 2, crank at {angle}°)"
 
 
-@pytest.mark.usefixtures("own_cache")
+@pytest.mark.usefixtures("empty_cache")
 def test_the_page_has_every_reason_and_its_python_runs(capsys):
     text = (ROOT / "docs" / "accuracy.md").read_text("utf-8")
     assert [limit for limit in Limit if f"`{limit}`" not in text] == []

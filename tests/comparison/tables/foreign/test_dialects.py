@@ -19,7 +19,7 @@ from comparison.tables.mapping import Mapping
 from comparison.tables.table import TableError
 from comparison.tables.units import parse_unit
 
-pytestmark = pytest.mark.usefixtures("elsewhere")
+pytestmark = pytest.mark.usefixtures("empty_folder")
 NAMES = [
     "x", "y", "q1", "s1", "s2", "m2", "x[0]", "x[1]", "pos(1)", "pos(2)", "der(x)", "rod2[w.X]", "rod2[v.Y]",
     ".press.X", "/body/rod|q", "V(out)", "N", "rad", "t_end", "T", "Δφ", "8th", "a-b", "x.1", "100%",

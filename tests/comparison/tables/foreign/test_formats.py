@@ -9,7 +9,7 @@ from foreign_tables import FRAME, put, read_pair, refused
 from openpyxl import Workbook
 from scipy.io import savemat
 
-pytestmark = pytest.mark.usefixtures("elsewhere")
+pytestmark = pytest.mark.usefixtures("empty_folder")
 SAMPLES = Path(__file__).with_name("samples")
 NAMES = list(FRAME)
 COLUMNS = {name: FRAME[name].to_numpy() for name in FRAME}

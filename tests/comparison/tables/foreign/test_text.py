@@ -37,7 +37,7 @@ def test_a_table_as_programs_write_it_is_read(content, names, warning):
     assert warning in "".join(warnings)
 
 
-pytestmark = pytest.mark.usefixtures("elsewhere")
+pytestmark = pytest.mark.usefixtures("empty_folder")
 FIELDS = "must hold {} fields, as the first row"
 TITLE = "may be a row, name the columns or be a title: state decimal, thousands, names or skip"
 
