@@ -21,7 +21,7 @@ FAKES = ("reference_model", "exudyn_model", "truth_press")
 
 @pytest.fixture(autouse=True)
 def _progress_without_time(monkeypatch):
-    """Let the clock of progress stand still: what a command prints is the same however long its runs take."""
+    """Stop the clock of progress: the output of a command does not depend on the time of its runs."""
     monkeypatch.setattr(Lines.__init__, "__defaults__", (lambda: 0.0,))
 
 
@@ -55,9 +55,9 @@ def make_table():
 
 @contextmanager
 def _fakes(folder, monkeypatch):
-    """Let worker processes find fake models in a folder that holds their cache too; the log, a line a run.
+    """Put fakes of both models and of a truth engine where worker processes find them.
 
-    Beside both models there is a truth engine.
+    The folder holds their cache too; the value is the log, with a line a run.
     """
     for name in ("reference_model", "exudyn_model"):
         (folder / "fakes" / name).mkdir(parents=True, exist_ok=True)
@@ -81,13 +81,13 @@ def _fakes(folder, monkeypatch):
 
 @pytest.fixture(scope="session")
 def fakes():
-    """Context of fake models with a folder of their own: for what several tests share."""
+    """Context of fake models with a folder of their own, for fixtures that several tests share."""
     return _fakes
 
 
 @pytest.fixture
 def fake_models(tmp_path, monkeypatch):
-    """Fake models, and an empty cache; the log of what ran."""
+    """Fake models and an empty cache; the value is the log of the runs."""
     with _fakes(tmp_path, monkeypatch) as log:
         yield log
 

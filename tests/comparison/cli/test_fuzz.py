@@ -18,24 +18,24 @@ from comparison.tables.table_files import write
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("empty_folder")]
 EXAMPLES = int(os.environ.get("HYPOTHESIS_EXAMPLES", "300"))
-many = settings(
+all_examples = settings(
     max_examples=EXAMPLES,
     print_blob=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
-costly = settings(many, max_examples=EXAMPLES // 3)
+fewer_examples = settings(all_examples, max_examples=EXAMPLES // 3)
 
 
 @pytest.fixture
-def held(capsys):
+def check(capsys):
     def run(*arguments):
         code = main([*arguments])
-        said = capsys.readouterr()
-        assert code in (0, 1, 2, 3), (code, said.err)
+        output = capsys.readouterr()
+        assert code in (0, 1, 2, 3), (code, output.err)
         assert not [
-            never for never in ("Traceback", "internal error", "\x1b") if never in said.out + said.err
+            word for word in ("Traceback", "internal error", "\x1b") if word in output.out + output.err
         ]
-        assert code != 2 or all(line.startswith("sixbar: ") for line in said.err.splitlines() or [""])
+        assert code != 2 or all(line.startswith("sixbar: ") for line in output.err.splitlines() or [""])
 
     return run
 
@@ -44,7 +44,7 @@ PACKAGE = Path(str(files("comparison")))
 SHIPPED = [
     (PACKAGE / "scene" / "shipped" / f"{name}.toml").read_text() for name in ("paper", *shipped_scenes())
 ]
-ODD = st.sampled_from(
+ODDITIES = st.sampled_from(
     [
         "1e308", "-1e308", "1e-320", "nan", "inf", "-0.0", "9" * 5000, "true", "[]", "[[]]", "{}", '""',
         "'\x1b[31m'", '"\\u0000"', "1979-05-27", "0x7fffffffffffffff", "[" * 300 + "]" * 300, "{a.b.c = 1}",
@@ -54,21 +54,19 @@ ODD = st.sampled_from(
 
 
 @st.composite
-def damaged(draw, texts):
-    """A text with bytes changed, lines repeated, dropped or moved, a number that is odd, or cut."""
+def damage(draw, texts):
+    """A text with other bytes, with lines repeated, dropped or moved, with an odd number, or cut short."""
     content = draw(texts).encode()
     for _ in range(draw(st.integers(1, 4))):
         lines, at = content.split(b"\n"), draw(st.integers(0, len(content)))
         row = draw(st.integers(0, len(lines) - 1))
         head, equals, tail = lines[row].rpartition(b"=")
-        odd = (head + equals if head else tail + b",") + draw(ODD).encode()
-        changed = draw(st.sampled_from([None, b"", [], [lines[row]] * 2, [lines[0], lines[row]], [odd]]))
-        if changed is None:
+        oddity = (head + equals if head else tail + b",") + draw(ODDITIES).encode()
+        rows = draw(st.sampled_from([None, b"", [], [lines[row]] * 2, [lines[0], lines[row]], [oddity]]))
+        if rows is None:
             content = content[:at] + draw(st.binary(max_size=6)) + content[at + draw(st.integers(0, 1)) :]
         else:
-            content = (
-                b"\n".join([*lines[:row], *changed, *lines[row + 1 :]]) if changed != b"" else content[:at]
-            )
+            content = b"\n".join([*lines[:row], *rows, *lines[row + 1 :]]) if rows != b"" else content[:at]
     return content
 
 
@@ -79,8 +77,8 @@ MAPPING = (
 EVENTS = "corner,start,end,normal_speed,impulse,peak_force,largest_depth\nll,0.1,0.2,1,1,1,1e-6\n"
 BASELINE = (PACKAGE.parent / "sixbar-baseline.toml").read_text()[:20_000]
 COMPARE = "compare plain.csv sound.csv --out out"
-FURTHER = "compare sound.csv sound.csv --finer-b sound.csv --out out"
-TARGETS = {  # file: its sound text, else that of a table, and the command that is given when it is damaged
+COMPARE_RUNS = "compare sound.csv sound.csv --finer-b sound.csv --out out"
+TARGETS = {  # file: its sound texts, none for a table, and the command that reads it when it is damaged
     "scene.toml": (SHIPPED, "plan scene.toml"),
     "map.toml": ([MAPPING], f"{COMPARE} --mapping map.toml"),
     "plain.events.csv": ([EVENTS], COMPARE),
@@ -89,27 +87,27 @@ TARGETS = {  # file: its sound text, else that of a table, and the command that 
     "baseline.toml": ([BASELINE], "gate --baseline baseline.toml"),
     "own.dat": ([], "plot own.dat sound.csv --channels slider_x,time,slider_vx --out own.svg"),
     **{f"own.{end}": ([], f"compare own.{end} sound.csv --out out") for end in ("csv", "mat", "parquet")},
-    **{f"{kind}.csv": ([], f"{FURTHER} --{kind}-a {kind}.csv") for kind in ("finer", "perturbed")},
+    **{f"{kind}.csv": ([], f"{COMPARE_RUNS} --{kind}-a {kind}.csv") for kind in ("finer", "perturbed")},
 }
 
 
 @pytest.mark.parametrize("name", TARGETS)
-@costly
+@fewer_examples
 @given(data=st.data())
-def test_damaged_files(name, data, make_table, held):
+def test_damaged_files(name, data, make_table, check):
     (texts, command), path = TARGETS[name], Path(name)
-    if not Path("sound.csv").exists():  # with more samples than the table that stands whole as plain.csv
+    if not Path("sound.csv").exists():  # with more samples than plain.csv, which is sound too
         write(make_table(), "sound.csv")
         Path("plain.csv").write_text(make_table().frame.iloc[::20, :4].to_csv(index=False))
-    path.write_bytes(data.draw(damaged(st.sampled_from(texts or [Path("plain.csv").read_text()]))))
-    held(*command.split())
+    path.write_bytes(data.draw(damage(st.sampled_from(texts or [Path("plain.csv").read_text()]))))
+    check(*command.split())
     path.unlink()
 
 
 KEYS = [*(key.name for key in scene_keys()), "scene.extends", "solver.adams"]
 
 
-@many
-@given(values=st.dictionaries(st.sampled_from(KEYS), ODD, min_size=1, max_size=3))
-def test_values_on_the_command_line(values, held):
-    held("plan", "both-clearances", *(f"--set={key}={value}" for key, value in values.items()))
+@all_examples
+@given(values=st.dictionaries(st.sampled_from(KEYS), ODDITIES, min_size=1, max_size=3))
+def test_values_on_the_command_line(values, check):
+    check("plan", "both-clearances", *(f"--set={key}={value}" for key, value in values.items()))

@@ -1,4 +1,4 @@
-"""A run that ended and means little says so."""
+"""Warnings of runs that succeed and mean little."""
 
 import numpy as np
 import pandas as pd
@@ -8,12 +8,12 @@ from comparison.execution.run import quality_warnings
 from comparison.tables.table import Table
 
 
-def made(durations=(), depth=1e-6, step=None, forces=1.0, residual=None, lost=1.0, drift=()):
+def table(durations=(), depth=1e-6, step=None, forces=1.0, residual=None, loss=1.0, drift=()):
     time = np.linspace(0.0, 1.0, 5)
     frame = pd.DataFrame({"time": time})
     if residual is not None:
         frame["energy_residual"] = residual * np.array([0.0, 0.5, -1.0, 0.2, 0.1])
-        frame["energy_damping"], frame["energy_friction"] = 0.25 * lost * time, 0.75 * lost * time
+        frame["energy_damping"], frame["energy_friction"] = 0.25 * loss * time, 0.75 * loss * time
         frame["energy_kinetic"] = 2.0 * np.array([0.1, 1.0, 0.3, 0.2, 0.1])
     events = pd.DataFrame({"corner": ["ll"] * len(durations), "start": 0.0, "end": list(durations)})
     events["largest_depth"], events["peak_force"] = depth, forces
@@ -23,7 +23,7 @@ def made(durations=(), depth=1e-6, step=None, forces=1.0, residual=None, lost=1.
 
 
 def test_of_a_linkage_each_clearance_has_its_own_radius():
-    run = made([1e-4, 1e-4], depth=[1.5e-3, 4e-3])
+    run = table([1e-4, 1e-4], depth=[1.5e-3, 4e-3])
     run.events["corner"] = ["G.ul", "B"]
     clearance = {"G": {"corner_radius": 2e-3}, "B": {"journal_radius": 5e-3}}
     run.provenance["scene"] = {"body": {}, "contact": {}, "clearance": clearance}
@@ -36,19 +36,19 @@ def test_of_a_linkage_each_clearance_has_its_own_radius():
 @pytest.mark.parametrize(
     ("run", "words"),
     [
-        (made([1e-4] * 3, step=1.1e-5), "last less than 9.1 steps"),
+        (table([1e-4] * 3, step=1.1e-5), "last less than 9.1 steps"),
         # One long touch that bears little does not make up for two short hits.
-        (made([0.1, 0.2, 0.3, 2e-5, 5e-5], step=1e-5, forces=[0.1, 0.1, 0.1, 2.0, 1.0]), "less than 2"),
-        # Of the dissipated energy, or else of the kinetic
-        (made(residual=0.011), "spurious energy is 1.10"),
-        (made(residual=0.03, lost=0.0), "spurious energy is 1.50"),
-        (made([1e-4], depth=1.01e-3), "deeper than its radius"),
-        (made(drift={"position": 1.1e-6}), "constraints are violated"),
-        (made(drift={"position": 0.0, "velocity": 1.1e-3}), "constraints are violated"),
-        (made([1e-4], depth=0.0), "largest_depth of all its 1 contacts are zero"),
+        (table([0.1, 0.2, 0.3, 2e-5, 5e-5], step=1e-5, forces=[0.1, 0.1, 0.1, 2.0, 1.0]), "less than 2"),
+        # A share of the dissipated energy, or else of the kinetic one
+        (table(residual=0.011), "spurious energy is 1.10"),
+        (table(residual=0.03, loss=0.0), "spurious energy is 1.50"),
+        (table([1e-4], depth=1.01e-3), "deeper than its radius"),
+        (table(drift={"position": 1.1e-6}), "constraints are violated"),
+        (table(drift={"position": 0.0, "velocity": 1.1e-3}), "constraints are violated"),
+        (table([1e-4], depth=0.0), "largest_depth of all its 1 contacts are zero"),
         # At the limits nothing is doubted, nor are contacts without a fixed step.
-        (made([1e-4], 1e-3, 1e-5, residual=0.01, drift={"position": 0.9e-6, "velocity": 0.9e-3}), None),
-        (made([3e-6]), None),
+        (table([1e-4], 1e-3, 1e-5, residual=0.01, drift={"position": 0.9e-6, "velocity": 0.9e-3}), None),
+        (table([3e-6]), None),
     ],
 )
 def test_each_doubt_is_reported_alone(run, words):

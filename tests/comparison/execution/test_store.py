@@ -1,4 +1,4 @@
-"""The store of runs: what is damaged is not used, what nobody uses goes; files are whole or as before."""
+"""The store of runs: damaged results are not used, unused ones go; files are whole or as before."""
 
 import errno
 import json
@@ -28,7 +28,7 @@ def cache(tmp_path):
 
 
 @pytest.fixture
-def stored(cache, make_table):
+def run_path(cache, make_table):
     events = pd.DataFrame({"corner": ["ll", "ur"], "start": [0.1, 0.2]})
     pulses = {"row": np.array([0, 0]), "time": np.array([0.11, 0.19]), "force": np.array([40.0, 0.1])}
     frame, cycles = make_table().frame, {"slider_x_min": np.array([-0.55, -0.5501])}
@@ -36,8 +36,8 @@ def stored(cache, make_table):
     return cache / "runs" / KEY
 
 
-def test_a_run_is_found_as_it_was_stored_and_is_this_users_alone(stored, make_table, cache):
-    assert list((cache / "runs").iterdir()) == [stored]
+def test_a_run_is_found_as_it_was_stored_and_is_this_users_alone(run_path, make_table, cache):
+    assert list((cache / "runs").iterdir()) == [run_path]
     table = fetch(KEY)
     assert table.frame.equals(make_table().frame)
     assert table.dense.equals(table.frame[["time", "slider_y"]])
@@ -49,20 +49,20 @@ def test_a_run_is_found_as_it_was_stored_and_is_this_users_alone(stored, make_ta
     assert keep_row(cache, "c", {"x": np.float64(0.1), "y": np.nan}) == row == fetch_row(cache, "c")
 
 
-def damaged(content, how):
-    at = how.randrange(len(content))
-    changed = bytes([content[at] ^ (1 << how.randrange(8))])
-    return content[:at] + how.choice([changed + content[at + 1 :], b""])
+def damage(content, rng):
+    at = rng.randrange(len(content))
+    byte = bytes([content[at] ^ (1 << rng.randrange(8))])
+    return content[:at] + rng.choice([byte + content[at + 1 :], b""])
 
 
-def test_no_damaged_result_is_used_and_each_is_reported(stored, cache, caplog):
+def test_no_damaged_result_is_used_and_each_is_reported(run_path, cache, caplog):
     keep_row(cache, "row", ROW)
-    how = random.Random(22)
-    for path, get in ((stored, lambda: fetch(KEY)), (cache / "row", lambda: fetch_row(cache, "row"))):
-        sound = path.read_bytes()
+    rng = random.Random(22)
+    for path, get in ((run_path, lambda: fetch(KEY)), (cache / "row", lambda: fetch_row(cache, "row"))):
+        content = path.read_bytes()
         assert get() is not None
         for _ in range(20):
-            path.write_bytes(damaged(sound, how))
+            path.write_bytes(damage(content, rng))
             caplog.clear()
             assert (get(), get()) == (None, None)
             assert [record.levelno for record in caplog.records] == [logging.WARNING]  # once: it is deleted
@@ -95,15 +95,15 @@ def test_what_nobody_used_in_a_month_is_dropped_and_nothing_else(cache, make_tab
 
 def test_an_error_of_writing_names_the_file(tmp_path):
     """The system's own error on a full disk names none."""
-    with pytest.raises(OSError, match="No space") as full, replacing(tmp_path / "a.csv"):
+    with pytest.raises(OSError, match="No space") as error, replacing(tmp_path / "a.csv"):
         raise OSError(errno.ENOSPC, "No space left on device")
-    assert full.value.filename == str(tmp_path / "a.csv")
+    assert error.value.filename == str(tmp_path / "a.csv")
 
 
 @pytest.mark.usefixtures("empty_folder")
-@pytest.mark.parametrize("failing", ["b", "sub/c"])
-def test_files_of_one_folder_are_replaced_together_or_not_at_all(failing):
-    """Moving the last, to a folder with content or below a file, fails after the others have moved."""
+@pytest.mark.parametrize("obstacle", ["b", "sub/c"])
+def test_files_of_one_folder_are_replaced_together_or_not_at_all(obstacle):
+    """The last file cannot move, over a folder with content or below a file; the others have moved."""
     folder = Path("folder")
     folder.mkdir()
     (folder / "a").write_text("old")
@@ -117,9 +117,9 @@ def test_files_of_one_folder_are_replaced_together_or_not_at_all(failing):
                 (part / name).parent.mkdir(exist_ok=True)
                 (part / name).write_text("new")
 
-    with pytest.raises(OSError, match="folder") as refused:
-        write("0", "a", failing)
-    assert str(refused.value.filename).startswith("folder/")
+    with pytest.raises(OSError, match="folder") as refusal:
+        write("0", "a", obstacle)
+    assert str(refusal.value.filename).startswith("folder/")
     assert {path: path.read_text() for path in folder.rglob("*") if path.is_file()} == before
     write("a", "other/c")
     assert (folder / "a").read_text() == (folder / "other" / "c").read_text() == "new"

@@ -1,6 +1,6 @@
-"""Tasks of studies are measured once, and again where anything that counts is another; their processes.
+"""Tasks of studies are measured once, and again after each change that counts; their processes.
 
-Rows are in test_sweep; tests/cli has what the end of a process costs.
+Rows are in test_sweep; the cost of the end of a process is in tests/cli.
 """
 
 import multiprocessing
@@ -31,7 +31,7 @@ class Part:
 class Square(Task):
     number: float
     part: Part = Part()
-    made: Path | None = None
+    flag: Path | None = None
     models = ("reference",)
 
     @property
@@ -39,14 +39,14 @@ class Square(Task):
         return self.number
 
 
-class Elsewhere(Square):
+class ForeignTask(Square):
     """A task that another module would define."""
 
     __module__ = "comparison.formatting"
 
 
 def square(task, progress):
-    while task.made and not task.made.exists():  # it prepares
+    while task.flag and not task.flag.exists():  # it prepares
         time.sleep(0.01)
     progress(0.0)
     if task.number == 17.0:
@@ -55,16 +55,16 @@ def square(task, progress):
     return {"square": task.number**2}
 
 
-def elsewhere(task, progress):
+def foreign_square(task, progress):
     return square(task, progress)
 
 
-elsewhere.__module__ = "comparison.files"
+foreign_square.__module__ = "comparison.files"
 
 
 def test_whatever_can_change_a_row_makes_it_stale_and_nothing_else(tmp_path):
-    def measured(*tasks, by=square, folder=tmp_path):
-        """Count those whose rows were not there."""
+    def count(*tasks, measure=square, folder=tmp_path):
+        """Return the number of tasks whose rows were not stored."""
         log = []
 
         def spread(attempt, waiting):
@@ -72,30 +72,30 @@ def test_whatever_can_change_a_row_makes_it_stale_and_nothing_else(tmp_path):
                 log.append(key)
                 yield key, attempt(task, abs)
 
-        measure_all(by, tasks, spread, folder=folder)
+        measure_all(measure, tasks, spread, folder=folder)
         return len(log)
 
     task, other = Square(2.0), PAPER.variant({"drive.speed_rpm": 100.0})
     bins = Reliability().model_copy(update={"bins": 11})
     parts = (Part(), Part(other), Part(sizes=(1.0, 3.0)), Part(input=bins))
     tasks = [*(replace(task, part=part) for part in parts), replace(task, number=3.5)]
-    assert measured(*tasks, *tasks) == len(tasks)
-    assert (measured(task, by=elsewhere), measured(Elsewhere(2.0))) == (1, 1)
-    same = replace(task, part=Part(PAPER.with_values({"scene.title": "another"})))
-    assert measured(task, same) == 0
+    assert count(*tasks, *tasks) == len(tasks)
+    assert (count(task, measure=foreign_square), count(ForeignTask(2.0))) == (1, 1)
+    twin = replace(task, part=Part(PAPER.with_values({"scene.title": "another"})))
+    assert count(task, twin) == 0
     (tmp_path / "file").touch()
     with pytest.raises(OSError, match="file"):  # what cannot be stored is not lost in silence
-        measured(task, folder=tmp_path / "file" / "mine")
+        count(task, folder=tmp_path / "file" / "mine")
 
 
 def test_one_that_is_late_is_a_row_and_preparing_may_take_ten_times_as_long(tmp_path):
-    """What works is stopped first, with its share; what still prepares then is not, and has 27 s left."""
-    made, rows = tmp_path / "made", {}
-    tasks = {"late": Square(17.0), "prepares": Square(2.0, made=made)}
+    """The working process is stopped first, with its share; the preparing one then has 27 s more."""
+    flag, rows = tmp_path / "made", {}
+    tasks = {"late": Square(17.0), "prepares": Square(2.0, flag=flag)}
     for name, row in on_processes(2, limit=3.0)(square, tasks):
         rows[name] = row
         if name == "late":
-            made.touch()
+            flag.touch()
     assert rows == {
         "late": {"status": LATE, "message": "stopped after 3 s", "share": 0.25},
         "prepares": {"square": 4.0},
@@ -103,7 +103,7 @@ def test_one_that_is_late_is_a_row_and_preparing_may_take_ten_times_as_long(tmp_
 
 
 def do(_task, report):
-    """Return the process, and what it inherited."""
+    """Return the number of the process, and a variable that it inherited."""
     for share in (-1.0, 0.5, 2.0):
         report(share)
     return os.getpid(), os.environ["OMP_NUM_THREADS"]
@@ -112,7 +112,7 @@ def do(_task, report):
 def test_workers_have_one_thread_and_live_on_where_they_are_kept_and_no_longer(monkeypatch):
     """One thread: a sum over threads has no order of its own."""
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
-    before = dict(os.environ)
+    environment = dict(os.environ)
 
     def pid_of():
         with closing(work(do, [("one", "")], 1)) as events:
@@ -127,8 +127,8 @@ def test_workers_have_one_thread_and_live_on_where_they_are_kept_and_no_longer(m
         os.kill(first, signal.SIGKILL)
         while any(child.pid == first for child in multiprocessing.active_children()):
             time.sleep(0.01)
-        another = pid_of()
-        assert another != first
-    with pytest.raises(ProcessLookupError):  # one that ended and is not waited for is there
-        os.kill(another, 0)
-    assert os.environ == before
+        second = pid_of()
+        assert second != first
+    with pytest.raises(ProcessLookupError):  # a process that ended unawaited would be there
+        os.kill(second, 0)
+    assert os.environ == environment

@@ -18,10 +18,10 @@ PHASE = 2 * np.pi * TIME / 0.4
 
 def test_a_peak_that_is_late_has_its_delay_and_both_are_sought_on_one_side():
     half_wave = np.maximum(0.0, np.sin(PHASE))
-    late = 0.9 * np.roll(half_wave, 25)
-    (value, at), (other, after) = metrics.peaks(TIME, half_wave, late)
+    echo = 0.9 * np.roll(half_wave, 25)
+    (value, at), (other, after) = metrics.peaks(TIME, half_wave, echo)
     assert (other - value, after - at) == pytest.approx((-0.1, 25 * 0.0004), rel=1e-12)
-    # A wave as high as it is deep, seen through errors that make the one higher and the other deeper.
+    # A wave as high as it is deep: errors make one signal higher and the other one deeper.
     wave = np.sin(PHASE)
     a, b = wave + 1e-6 * (wave > 0.999), wave - 1e-6 * (wave < -0.999)
     (value, at), (other, after) = metrics.peaks(TIME, a, b)
@@ -49,13 +49,13 @@ def test_left_out_members_are_held_against_the_others_and_a_run_against_all():
     members, run = np.split(np.random.default_rng(0).normal(size=(9, 5)) ** 3, [8])
     floor = np.full(5, 0.5)
 
-    def away(one, others):
+    def distance(one, others):
         return (np.abs(one - others.mean(axis=0)) / np.maximum(others.std(axis=0), floor)).max()
 
     of_members, of_run = metrics.distances(members, run[0], floor)
-    expected = [away(members[n], np.delete(members, n, axis=0)) for n in range(8)]
+    expected = [distance(members[n], np.delete(members, n, axis=0)) for n in range(8)]
     np.testing.assert_allclose(of_members, expected, rtol=1e-12)
-    assert of_run == pytest.approx(away(run[0], members))
+    assert of_run == pytest.approx(distance(run[0], members))
 
 
 @example(members=[1000.0] * 18 + [-1000.0], side=1.0)  # the closest case: all but one on the run's side
@@ -71,9 +71,9 @@ def test_what_an_ensemble_does_not_exclude_its_uncertainty_explains(members, sid
 
 
 @pytest.mark.parametrize(
-    ("count", "peak", "drawn"), [(20, 40.3, 1), (5, 40.0, 1), (4, 40.0, 0), (30, 40.5, 0), (30, 0.0, 0)]
+    ("count", "peak", "number"), [(20, 40.3, 1), (5, 40.0, 1), (4, 40.0, 0), (30, 40.5, 0), (30, 0.0, 0)]
 )
-def test_a_contact_is_drawn_if_it_has_enough_points_and_the_peak_of_its_event(count, peak, drawn):
+def test_a_contact_is_drawn_if_it_has_enough_points_and_the_peak_of_its_event(count, peak, number):
     start = np.array([0.01, 0.02])
     events = pd.DataFrame({"corner": ["ll", "ur"], "start": start, "end": start + 2e-4, "peak_force": 40.0})
     phase = np.linspace(0.0, 1.0, count)
@@ -81,7 +81,7 @@ def test_a_contact_is_drawn_if_it_has_enough_points_and_the_peak_of_its_event(co
     force[count // 2] = peak
     columns = {"row": np.full(count, 1), "time": 0.02 + time, "force": force}
     pulses = metrics.pulses_of(Table(pd.DataFrame({"time": [0.0, 1.0]}), events, pulses=columns))
-    assert [pulse.row for pulse in pulses] == [1] * drawn
+    assert [pulse.row for pulse in pulses] == [1] * number
     for pulse in pulses:
         every = (pulse.time.size - 1) // (count - 1)
         # Differences of times of 0.02 s, rounded at 3.5e-18 s each
@@ -100,15 +100,15 @@ def test_the_first_contact_that_parts_two_groups_is_named():
         rows = [(corner, start + 0.2 * window * rng.uniform(-1.0, 1.0)) for corner, start in common]
         return pd.DataFrame([*rows, *extra], columns=["corner", "start"])
 
-    def parted(one, other, until=0.3):
+    def first_contact(one, other, until=0.3):
         return metrics.parting_contact((one, other), period=0.4, until=until)
 
     with_contact = [run(("ul", 0.05), ("lr", 0.2)) for _ in range(5)]
     without = [run() for _ in range(20)]
-    parting = parted(without, with_contact)
+    parting = first_contact(without, with_contact)
     assert (parting.corner, parting.counts, parting.sizes) == ("ul", (0, 5), (20, 5))
     assert parting.start == pytest.approx(0.05)
     # Later contacts follow from the first different one; a contact of half the runs of both parts nothing.
-    assert parted(without, with_contact, 0.04) is None
-    mixed = [run(("ul", 0.05)) if n % 2 else run() for n in range(10)]
-    assert parted(mixed, mixed[::-1]) is None
+    assert first_contact(without, with_contact, 0.04) is None
+    runs = [run(("ul", 0.05)) if n % 2 else run() for n in range(10)]
+    assert first_contact(runs, runs[::-1]) is None

@@ -1,4 +1,4 @@
-"""Models that cannot be had; what a stored result depends on, and what not."""
+"""Models that cannot be loaded; the files and settings on which a stored result depends."""
 
 import ast
 import shutil
@@ -24,9 +24,9 @@ from comparison.scene import load_scene
 )
 def test_a_model_that_cannot_be_had_is_one_line(install, source, points, message, capfd):
     install("thing", source, points)
-    with pytest.raises(EngineError) as refused:
+    with pytest.raises(EngineError) as refusal:
         models.load("mine")
-    assert (message in str(refused.value), "\n" in str(refused.value)) == (True, False)
+    assert (message in str(refusal.value), "\n" in str(refusal.value)) == (True, False)
     assert capfd.readouterr().out == ""
 
 
@@ -45,7 +45,7 @@ def test_settings_that_are_none_are_refused(install, settings):
 
 PRESSES = (ROOT / "tests" / "cli" / "presses.py").read_text("utf-8")
 POINTS = {name: f"presses:{name}" for name in ("alpha", "beta")}
-IMPORTED = """
+IMPORTS = """
 import sys
 from importlib import import_module
 for name in sys.argv[1:]:
@@ -56,7 +56,7 @@ print(*(m.__file__ for n, m in sys.modules.items() if n.partition(".")[0] == "co
 
 @pytest.mark.slow
 def test_the_closures_hold_whatever_python_imports():
-    """In runs and in all measures of studies; but for a package of data that has no code."""
+    """The modules of runs and of all measures of studies, except packages without code."""
     studies = {
         ".".join(path.relative_to(ROOT).with_suffix("").parts)
         for path in (ROOT / "comparison" / "studies").rglob("*.py")
@@ -64,15 +64,15 @@ def test_the_closures_hold_whatever_python_imports():
     }
     assert studies
     names = ["comparison.execution.run", *studies]
-    command = [sys.executable, "-c", IMPORTED, *names]
-    imported = subprocess.run(command, text=True, capture_output=True, check=True).stdout.splitlines()
-    trees = {Path(path): ast.parse(Path(path).read_bytes()) for path in imported}
+    command = [sys.executable, "-c", IMPORTS, *names]
+    paths = subprocess.run(command, text=True, capture_output=True, check=True).stdout.splitlines()
+    trees = {Path(path): ast.parse(Path(path).read_bytes()) for path in paths}
     code = {path for path, tree in trees.items() if len(tree.body) > (ast.get_docstring(tree) is not None)}
     assert len(code) > 30
     assert code <= set().union(*map(models.closure, names))
 
 
-def reworded(source):
+def reword(source):
     """Change every docstring, and with it all comments and the layout."""
     tree = ast.parse(source)
     for node in ast.walk(tree):
@@ -83,7 +83,7 @@ def reworded(source):
 
 
 def test_every_file_in_a_closure_counts_by_its_code_or_its_data_and_no_other(tmp_path):
-    """Of the reports no result depends."""
+    """No result depends on the reports."""
     shutil.copytree(ROOT / "comparison", tmp_path / "comparison")
     module = "comparison.execution.run"
     files = models.closure(module, tmp_path)
@@ -93,7 +93,7 @@ def test_every_file_in_a_closure_counts_by_its_code_or_its_data_and_no_other(tmp
     for path in files:
         content = path.read_bytes()
         if path.suffix == ".py":
-            path.write_text(reworded(content.decode()), "utf-8")
+            path.write_text(reword(content.decode()), "utf-8")
             assert models.code_hash.__wrapped__(module, root=tmp_path) == before, path
         path.write_bytes(content + b"\nedited = 1")
         assert models.code_hash.__wrapped__(module, root=tmp_path) != before, path
@@ -104,7 +104,7 @@ def test_every_file_in_a_closure_counts_by_its_code_or_its_data_and_no_other(tmp
 
 def test_a_model_counts_with_all_its_files_and_what_is_installed(install, tmp_path):
     install("thing", "", {"mine": "pack.deep:simulate"})
-    folder, ours = tmp_path / "site" / "pack", fingerprint("reference")
+    folder, digest = tmp_path / "site" / "pack", fingerprint("reference")
     (folder / "__pycache__").mkdir(parents=True)
     prints = []
     for name, text in (("law.csv", "1"), ("__pycache__/deep.pyc", "compiled"), ("law.csv", "2")):
@@ -113,17 +113,17 @@ def test_a_model_counts_with_all_its_files_and_what_is_installed(install, tmp_pa
     install("another", "", {}, version="2")
     assert prints[0] == prints[1]
     assert len({*prints, fingerprint("mine")}) == 3
-    assert fingerprint("reference") == ours  # it imports nothing of that
+    assert fingerprint("reference") == digest  # it imports nothing of that
 
 
 def test_the_key_of_a_run_knows_the_model_the_scene_and_the_settings_that_count(install):
     install("presses", PRESSES, POINTS)
     scene = load_scene("ideal")
-    stiffer = scene.with_values({"contact.poisson": 0.3})
-    jobs = [Job(scene, "reference"), Job(scene, "exudyn"), Job(stiffer, "reference")]
+    material = scene.with_values({"contact.poisson": 0.3})
+    jobs = [Job(scene, "reference"), Job(scene, "exudyn"), Job(material, "reference")]
     jobs.append(Job(scene, "exudyn", dense=True))
     assert len({*(run_key(job, "a") for job in jobs), run_key(jobs[0], "b")}) == 5
-    other = [scene.with_values({key: 1e-9}) for key in ("solver.reference.tolerance", "solver.beta.does")]
-    assert {run_key(Job(each, "exudyn"), "") for each in other} == {run_key(Job(scene, "exudyn"), "")}
+    variants = [scene.with_values({key: 1e-9}) for key in ("solver.reference.tolerance", "solver.beta.does")]
+    assert {run_key(Job(each, "exudyn"), "") for each in variants} == {run_key(Job(scene, "exudyn"), "")}
     # An installed model may be made of the others.
-    assert len({run_key(Job(each, "alpha"), "") for each in (scene, *other)}) == 3
+    assert len({run_key(Job(each, "alpha"), "") for each in (scene, *variants)}) == 3
