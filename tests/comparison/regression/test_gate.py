@@ -27,7 +27,7 @@ def write_scene(gravity=9.81):
 
 
 @pytest.fixture(scope="module")
-def recorded(fakes, tmp_path_factory):
+def baseline_folder(fakes, tmp_path_factory):
     """A folder with a scene, its baseline and its runs in the cache."""
     folder = tmp_path_factory.mktemp("recorded")
     with pytest.MonkeyPatch.context() as monkeypatch, fakes(folder, monkeypatch):
@@ -38,8 +38,8 @@ def recorded(fakes, tmp_path_factory):
 
 
 @pytest.fixture(autouse=True)
-def _in_a_copy(recorded, fakes, tmp_path, monkeypatch):
-    folder = shutil.copytree(recorded, tmp_path / "here")
+def _in_a_copy(baseline_folder, fakes, tmp_path, monkeypatch):
+    folder = shutil.copytree(baseline_folder, tmp_path / "here")
     monkeypatch.setenv("COLUMNS", "2000")
     with fakes(folder, monkeypatch):
         monkeypatch.chdir(folder)
@@ -51,9 +51,9 @@ def gate(*arguments):
     return main(["gate", *arguments, "--jobs", "1"])
 
 
-def edit(pattern, by, *, seal=True):
-    """Change the baseline; with the checksum of what it holds then, if that is a baseline at all."""
-    text, count = re.subn(pattern, by, BASELINE.read_text(), count=1, flags=re.MULTILINE)
+def edit(pattern, replacement, *, seal=True):
+    """Change the baseline, and its checksum if the result can have one."""
+    text, count = re.subn(pattern, replacement, BASELINE.read_text(), count=1, flags=re.MULTILINE)
     assert count == 1
     BASELINE.write_text(text)
     with suppress(ValueError, KeyError):
@@ -64,7 +64,7 @@ def edit(pattern, by, *, seal=True):
 
 
 def checks():
-    """The message of what did not pass, by run and item."""
+    """Messages of the checks that did not pass, by run and item."""
     all_checks = json.loads(Path("reports/out/gate/gate.json").read_text())["checks"]
     return {(c["group"], c["name"]): c["message"] for c in all_checks if c["status"] in ("failed", "error")}
 
@@ -74,38 +74,38 @@ def test_counters_are_exact_on_the_same_machine_and_within_5_percent_elsewhere(c
         ("steps = 5", "steps = 100", 1, "reference tight, scene 'own': the counter steps is 5, in the base"),
         ('numpy = "[^"]*"', 'numpy = "0.1"', 1, "note: counters are therefore compared within 5% and not ex"),
         ("steps = 100", "steps = 6", 0, "note: the baseline was made with numpy 0.1, here "),
-        # One more or less is allowed, three of eight are not but for twice what neighbours differ by.
+        # One more or less is allowed, or twice the spread of neighbours: three only at a spread of two.
         ("^(counters = .*)steps = 6(.*)", "\\1steps = 8\\2\nspread = { steps = 1 }", 1, "steps is 5"),
         ("^spread = .*", "spread = { steps = 2 }", 0, ""),
         # The platform is a note, and a value that is moved by a metre is held to its threshold.
         ('^platform = "', 'platform = "Plan 9, ', 0, "note: the baseline was made on Plan 9, Linux"),
         (r"slider_x = \[\n  \[([\d.e-]+), -0", r"slider_x = [\n  [\1, -1", 1, "slider_x"),
     ]  # fmt: skip
-    for pattern, by, code, said in steps:
-        edit(pattern, by)
+    for pattern, replacement, code, line in steps:
+        edit(pattern, replacement)
         assert gate() == code
-        assert said in capsys.readouterr().out
-    ((run, moved),) = checks().items()
+        assert line in capsys.readouterr().out
+    ((run, message),) = checks().items()
     assert run == ("reference tight", "slider_x")
-    off, share = map(float, re.search(r"off by (\S+) m, (\S+)% of its scale", moved).groups())
-    assert share == pytest.approx(100 * off / 2e-4, rel=0.05)  # of the clearance
+    difference, share = map(float, re.search(r"off by (\S+) m, (\S+)% of its scale", message).groups())
+    assert share == pytest.approx(100 * difference / 2e-4, rel=0.05)  # of the clearance
 
 
 def test_what_only_one_side_has_is_a_regression(capsys):
     """A channel, a run, a setting, a sample; and a channel in which nothing happened."""
     run = "^(counters.*\\n)((?:.*\\n)*?)"
-    for pattern, by in (
+    for pattern, replacement in (
         (f"{run}slider_x = \\[\\n(?:  .*\\n)+\\]\\n", r'\1unexcited = ["slider_x"]\n\2'),
         ("^slider_vy = ", "slider_ax = "),
         (r"^slider_omega = \[\n  \[0", "slider_omega = [\n  [7"),
         ("tolerance = 1e-12", "tolerance = 1e-11"),
         *[('^\\[scenes."own".exudyn.tight', '[scenes."own".reference.standard')] * 2,
     ):
-        edit(pattern, by)
+        edit(pattern, replacement)
     assert gate() == 1
     assert "values of constant channels that it lacks: 1; " in capsys.readouterr().out
-    found = checks()
-    for (run, item), said in {
+    messages = checks()
+    for (run, item), message in {
         ("reference tight", "slider_x"): "was constant in the baseline, within 1e-12 m; now its range",
         ("reference tight", "slider_ax"): "slider_ax is in the baseline and not in the run",
         ("reference tight", "slider_vy"): "the channel slider_vy has no baseline",
@@ -114,12 +114,12 @@ def test_what_only_one_side_has_is_a_regression(capsys):
         ("reference standard", "run"): "not any more",
         ("exudyn tight", "run"): "no baseline of this run",
     }.items():
-        assert said in found[run, item]
+        assert message in messages[run, item]
 
 
-@pytest.mark.parametrize(("what", "code"), [("fail", 1), ("crash", 70)])
-def test_a_model_that_does_not_run_any_more_is_a_regression(capsys, what, code):
-    write_scene(getattr(GRAVITY, what))
+@pytest.mark.parametrize(("fault", "code"), [("fail", 1), ("crash", 70)])
+def test_a_model_that_does_not_run_any_more_is_a_regression(capsys, fault, code):
+    write_scene(getattr(GRAVITY, fault))
     assert gate() == code
     assert "REGRESSION exudyn standard, scene 'own': scene 'own': " in capsys.readouterr().out
     assert set(checks()) == {("exudyn standard", "run"), ("exudyn tight", "run")}
@@ -130,8 +130,8 @@ def test_a_value_that_starts_nearby_reach_as_well_is_a_note_and_no_regression(ca
     write_scene(GRAVITY.lucky)
     assert gate() == 1
     assert {group for group, _ in checks()} == {"exudyn standard"}  # which has none
-    said = r"note: exudyn tight, scene 'own': (\d+) channels deviate no more than 20 runs from neighbouring "
-    assert int(re.search(said, capsys.readouterr().out)[1]) >= 10
+    note = r"note: exudyn tight, scene 'own': (\d+) channels deviate no more than 20 runs from neighbouring "
+    assert int(re.search(note, capsys.readouterr().out)[1]) >= 10
 
 
 def test_the_layout_of_a_baseline_does_not_count_nor_does_making_it_again_change_it(capsys):
@@ -151,9 +151,9 @@ def test_a_baseline_of_other_versions_is_made_anew_as_a_whole(capsys):
     assert "1 other scene is kept" in capsys.readouterr().out
     edit('numpy = "[^"]*"', 'numpy = "0.1"')
     assert gate("second.toml", "--update") == 0
-    said = capsys.readouterr()
-    assert "all scenes of the baseline are made anew" in said.err
-    assert "kept" not in said.out
+    output = capsys.readouterr()
+    assert "all scenes of the baseline are made anew" in output.err
+    assert "kept" not in output.out
     assert [*read(BASELINE).scenes] == ["own", "second"]
 
 

@@ -20,16 +20,16 @@ PERIOD = 0.4
 LIMIT = 80.0
 SETTINGS = Reliability(acceleration=AccelerationLimits(upper=LIMIT))
 K = 2.0
-REPEATED = 1000
+REPETITIONS = 1000
 SAMPLES = 100
 # Of 1000 intervals with a probability of 0.95 each, the share that covers is within 0.021 of it in 99.7 %.
-CHANCE = 3 * np.sqrt(0.95 * 0.05 / REPEATED)
+CHANCE = 3 * np.sqrt(0.95 * 0.05 / REPETITIONS)
 
 
 def press(error=0.0, cycles=2, per_cycle=1000):
     """Return a slider that follows a sine of the crank, with errors of the acceleration alone.
 
-    Then without the velocity, of which it would not be the rate any more.
+    With errors there is no velocity: the acceleration would not be its rate.
     """
     time = np.arange(round(cycles * per_cycle) + 1) * (PERIOD / per_cycle)
     phase, w = 2 * np.pi * time / PERIOD, 2 * np.pi / PERIOD
@@ -40,58 +40,58 @@ def press(error=0.0, cycles=2, per_cycle=1000):
 
 
 def test_parts_follow_each_other_as_far_as_the_run_goes():
-    # A cycle and a half of the second part, then less than a part: that is left out.
+    # A cycle, one part of the second, and less than a part, which is left out.
     assert part_edges(0.4 * 1.37, PERIOD, 4) == pytest.approx(0.1 * np.arange(6), rel=1e-14)
-    # But of a run shorter than a cycle it is the last one.
+    # In a run shorter than a cycle it is the last part.
     assert part_edges(0.4 * 0.37, PERIOD, 4) == pytest.approx([0.0, 0.1, 0.148], rel=1e-14)
 
 
-def remembering(shape, phi, rng):
+def correlated_noise(shape, phi, rng):
     """Normal noise of unit variance whose neighbours along the last axis are correlated by phi."""
     steps = rng.normal(size=shape)
     steps[..., 0] /= np.sqrt(1 - phi**2)
     return lfilter([1.0], [1.0, -phi], steps, axis=-1) * np.sqrt(1 - phi**2)
 
 
-LOCKED = np.sin(2 * np.pi * np.arange(SAMPLES) / SAMPLES)
+SINE = np.sin(2 * np.pi * np.arange(SAMPLES) / SAMPLES)
 NOISE = {
-    "correlated": lambda shape, rng: remembering(shape, 0.9, rng),  # over a tenth of the bin
+    "correlated": lambda shape, rng: correlated_noise(shape, 0.9, rng),  # over a tenth of the bin
     # A sine twice as large as the correlated noise around it
-    "locked": lambda shape, rng: 1.5 * LOCKED + 0.5 * remembering(shape, 0.8, rng),
+    "locked": lambda shape, rng: 1.5 * SINE + 0.5 * correlated_noise(shape, 0.8, rng),
     # Every cycle is off by a number of its own: all of a bin's samples together are worth one.
-    "offset": lambda shape, rng: LOCKED + 0.5 * rng.normal(size=shape[:2])[..., None] * np.ones(SAMPLES),
+    "offset": lambda shape, rng: SINE + 0.5 * rng.normal(size=shape[:2])[..., None] * np.ones(SAMPLES),
 }
 
 
 @pytest.mark.parametrize("kind", NOISE)
 @pytest.mark.parametrize("cycles", [5, MANY])
 def test_the_interval_of_an_average_covers_it_also_where_the_cycles_share_their_course(kind, cycles):
-    errors = NOISE[kind]((REPEATED, cycles, SAMPLES), np.random.default_rng(cycles))
-    widths, off = half_width(standard_error(errors)), np.abs(errors.mean((-2, -1)))
+    errors = NOISE[kind]((REPETITIONS, cycles, SAMPLES), np.random.default_rng(cycles))
+    widths, offsets = half_width(standard_error(errors)), np.abs(errors.mean((-2, -1)))
     # Estimated correlations cost 2 %.
-    assert np.mean(off <= widths) >= 0.95 - CHANCE - 0.02
-    # Nor is it merely wide: 1.96 deviations of the averages, but for few degrees of freedom.
-    assert np.mean(widths) < (1.4 if cycles >= MANY else 2.2) * 1.96 * off.std() / np.sqrt(1 - 2 / np.pi)
-    assert standard_error(np.tile(2 * LOCKED, (3, 1))).error == 0.0  # what repeats leaves nothing open
+    assert np.mean(offsets <= widths) >= 0.95 - CHANCE - 0.02
+    # Nor is it too wide: 1.96 deviations of the averages, more for few degrees of freedom.
+    assert np.mean(widths) < (1.4 if cycles >= MANY else 2.2) * 1.96 * offsets.std() / np.sqrt(1 - 2 / np.pi)
+    assert standard_error(np.tile(2 * SINE, (3, 1))).error == 0.0  # errors that repeat leave nothing open
 
 
 def test_of_a_part_of_a_cycle_the_first_bin_ends_with_the_run_and_the_sign_counts_if_it_is_asked_for():
     settings = Reliability(acceleration=AccelerationLimits(upper=LIMIT), errors="signed")
     result = assess(slider_errors(press(-8.0, 0.06), press(0.0, 0.06), PERIOD), settings)["acceleration"]
     assert (result.angle.tolist(), result.cycles.tolist()) == ([21.6], [1.0])
-    assert (*result.mean, *result.reliability) == pytest.approx((-8.0, exact(-8.0)), rel=1e-12)
+    assert (*result.mean, *result.reliability) == pytest.approx((-8.0, reliability(-8.0)), rel=1e-12)
     assert result.within.tolist() == [0.0]  # it is below the lower limit
     assert not result.capped.any()
 
 
-def compared(a, b, ideal, settings=SETTINGS):
+def difference(a, b, ideal, settings=SETTINGS):
     """The difference of the acceleration's reliabilities; of runs or tables."""
     sides = tuple(side if isinstance(side, Runs) else Runs(side, side) for side in (a, b))
     ideals = ideal if isinstance(ideal, tuple) else (Runs(ideal, ideal),) * 2
     return compare_reliability(sides, ideals, PERIOD, settings, K)["acceleration"]
 
 
-def exact(error):
+def reliability(error):
     """R of a constant error: (40 - e) / (80 / 6)."""
     return float(ndtr((LIMIT / 2 - error) / (LIMIT / 6)))
 
@@ -112,13 +112,13 @@ def test_the_numerical_part_is_that_of_the_refined_runs_and_of_the_ideal_mechani
         return Runs(press(base), **{kind: press(error) for kind, error in others.items()})
 
     ideals = family(0.0, ideal), family(0.0, dict.fromkeys(ideal, 0.0))
-    result = compared(family(8.0, runs), family(8.0, {"finer": 8.0}), ideals)
+    result = difference(family(8.0, runs), family(8.0, {"finer": 8.0}), ideals)
     farther, nearer = distance
-    known = K * (3 / 4 if "coarser" in ideal else 3) * (exact(nearer) - exact(farther))
-    assert result.numerical == pytest.approx(known, rel=1e-9)
+    width = K * (3 / 4 if "coarser" in ideal else 3) * (reliability(nearer) - reliability(farther))
+    assert result.numerical == pytest.approx(width, rel=1e-9)
     # The smallest and the parts of the cycle have the same uncertainty where all parts are equal.
     assert result.curve_half_width == pytest.approx(np.full(10, result.numerical), rel=1e-9)
-    assert result.verdict == ("undecided" if known > MARGIN else "agree")
+    assert result.verdict == ("undecided" if width > MARGIN else "agree")
 
 
 def test_smallest_values_in_different_parts_of_the_cycle_have_no_pairs():
@@ -128,13 +128,13 @@ def test_smallest_values_in_different_parts_of_the_cycle_have_no_pairs():
         scatter = np.append(0.0, np.repeat(rng.normal(0.0, 1.0, 2), 1000))
         return press(5.0 + 3.0 * ((angle > low) & (angle <= low + 36.0)) + scatter)
 
-    result = compared(run(36.0), run(180.0), press())
+    result = difference(run(36.0), run(180.0), press())
     assert (result.a.angle[result.a.worst], result.b.angle[result.b.worst]) == (72.0, 216.0)
-    # Half-widths of beta times what R changes with it.
-    own = [side.half_width[side.worst] * norm.pdf(side.index[side.worst]) for side in (result.a, result.b)]
-    assert result.sampling == pytest.approx(np.hypot(*own), rel=1e-12)
+    # Half-widths of beta times the slope of R in it.
+    widths = [side.half_width[side.worst] * norm.pdf(side.index[side.worst]) for side in (result.a, result.b)]
+    assert result.sampling == pytest.approx(np.hypot(*widths), rel=1e-12)
     with pytest.raises(TableError, match="different parts of the cycles"):
-        compared(press(), press(cycles=3), press(cycles=3))
+        difference(press(), press(cycles=3), press(cycles=3))
 
 
 def test_a_run_with_clearance_is_no_ideal_one():
@@ -144,11 +144,11 @@ def test_a_run_with_clearance_is_no_ideal_one():
 
 
 def test_a_coarser_ideal_run_is_coarser_however_many_samples_the_scene_has():
-    """Wedge has 10,000 a cycle, between which no step fits that is twice the base's."""
+    """Between the 10,000 samples of wedge's cycle no step fits that is twice the base's."""
     scene = load_scene("wedge")
-    known, fine, coarse = (
+    reference, fine, coarse = (
         run_one(ideal_scenes(scene, model)[kind], model).values("slider_vy")
         for model, kind in (("reference", "base"), ("exudyn", "base"), ("exudyn", "coarser"))
     )
-    sizes = [np.abs(coarse - known[::2]).max(), np.abs(fine - known)[::2].max()]
+    sizes = [np.abs(coarse - reference[::2]).max(), np.abs(fine - reference)[::2].max()]
     assert sizes[0] / sizes[1] == pytest.approx(4.0, rel=0.05)

@@ -1,4 +1,4 @@
-"""What continuous integration reads: JUnit XML, and the Markdown summary of a job."""
+"""Files for continuous integration: JUnit XML, and the Markdown summary of a job."""
 
 import html
 import re
@@ -25,10 +25,10 @@ def test_suites_are_scenes_and_texts_are_as_xml_can_hold_them(tmp_path):
     write_junit(cases, tmp_path / "deep" / "junit.xml", name="sixbar gate")
     root = ET.parse(tmp_path / "deep" / "junit.xml").getroot()
     assert [suite.get("name") for suite in root] == ["slow", "90rpm-0.1mm"]
-    *others, failing = root.iter("testcase")
+    *others, testcase = root.iter("testcase")
     assert [[child.tag for child in case] for case in others] == [[], ["skipped"]]
-    assert failing.get("classname") == "90rpm-0_1mm.tight"  # viewers group by its dots
-    (failure,) = failing
+    assert testcase.get("classname") == "90rpm-0_1mm.tight"  # viewers group by its dots
+    (failure,) = testcase
     assert failure.get("message") == failure.text == 'at <t> = 1 s & "more"\ufffd\ufffd[31m \ufffd'
 
 
@@ -40,8 +40,8 @@ def test_a_name_in_the_summary_is_shown_as_it_is_whatever_markdown_would_make_of
 
     rows = [(name, "agree") for name in NAMES]
     cases = [Case(name, "tight", "run", "error", name) for name in NAMES]
-    shown = MarkdownIt("gfm-like", {"linkify": False}).render(summary(rows, cases))
+    output = MarkdownIt("gfm-like", {"linkify": False}).render(summary(rows, cases))
     for name in NAMES:
-        assert shown.count(f"<td>{html.escape(name, quote=False)}</td>") == 2, name
-    assert not re.search("<(img|a|code|em|strong|s|b)[ >]", shown)
+        assert output.count(f"<td>{html.escape(name, quote=False)}</td>") == 2, name
+    assert not re.search("<(img|a|code|em|strong|s|b)[ >]", output)
     assert "2 more failed checks are omitted." in summary([], cases[:1] * (MOST + 2))

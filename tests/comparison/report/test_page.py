@@ -1,6 +1,6 @@
-"""The page: complete, honest, safe, small, the same every time; its drawings show what the samples hold.
+"""The page: complete, honest, safe, small, the same every time; its drawings show all peaks.
 
-Its layout is asked in tests/browser.
+Its layout is tested in tests/browser.
 """
 
 import base64
@@ -43,7 +43,7 @@ def scene():
 
 
 @pytest.fixture(scope="module")
-def differing():
+def stiff_scene():
     """The same with the second model's normal forces 3 % too large."""
     return make_scene(
         "stiff", alter=lambda columns: {k: 1.03 * v if "normal" in k else v for k, v in columns.items()}
@@ -56,7 +56,7 @@ def part(html, start, end):
 
 
 def text(html):
-    """Return what a part of a page says, with plain blanks."""
+    """Return the text of a part of a page, with plain blanks."""
     return " ".join(unescape(re.sub(r"<[^>]*>", " ", html)).split())
 
 
@@ -72,9 +72,9 @@ def rows(html, label):
     }
 
 
-def test_ids_are_unique_every_link_has_its_target_and_nothing_is_fetched(scene, differing):
+def test_ids_are_unique_every_link_has_its_target_and_nothing_is_fetched(scene, stiff_scene):
     others = [replace(scene, name=name) for name in ('a #b"<', "a #b<", "overview")]
-    html = page(scene, replace(differing, name="press--plots"), *others)
+    html = page(scene, replace(stiff_scene, name="press--plots"), *others)
     outline = Outline(html)
     ids = Counter(attributes["id"] for _, attributes in outline.elements if "id" in attributes)
     assert max(ids.values()) == 1
@@ -91,34 +91,34 @@ def test_ids_are_unique_every_link_has_its_target_and_nothing_is_fetched(scene, 
 
 
 def test_what_users_write_is_text(scene):
-    hostile = "<script>alert('x')</script>"
-    broken = replace(scene, title=hostile, verdict="cannot compare", error=hostile, channels={})
-    html = render([broken], title=hostile, command=f"sixbar validate '{hostile}'")
+    script = "<script>alert('x')</script>"
+    failure = replace(scene, title=script, verdict="cannot compare", error=script, channels={})
+    html = render([failure], title=script, command=f"sixbar validate '{script}'")
     assert html.count("<script>") == 1  # ours
-    assert hostile in " ".join(Outline(html).text)
+    assert script in " ".join(Outline(html).text)
 
 
 def test_equal_comparisons_give_equal_pages_of_bounded_size(scene):
-    # Eleven scenes at both tiers are to be at most 3.5 MB and 15,000 elements; what pages share is in one.
-    tiered = replace(scene, tight=replace(scene, tier="tight"))
-    one, two = (page(*(replace(tiered, name=f"press{n}") for n in range(count))) for count in (1, 2))
-    assert page(replace(tiered, name="press0")) == one
+    # Eleven scenes at both tiers are to be at most 3.5 MB and 15,000 elements; `one` has all shared parts.
+    pair = replace(scene, tight=replace(scene, tier="tight"))
+    one, two = (page(*(replace(pair, name=f"press{n}") for n in range(count))) for count in (1, 2))
+    assert page(replace(pair, name="press0")) == one
     assert len(one.encode()) + 10 * (len(two.encode()) - len(one.encode())) < 3.5e6
     first, both = (len(Outline(html).elements) for html in (one, two))
     assert first + 10 * (both - first) < 15_000
 
 
-def test_every_channel_is_in_the_table_or_named(differing):
-    html = page(differing)
+def test_every_channel_is_in_the_table_or_named(stiff_scene):
+    html = page(stiff_scene)
     table = rows(html, "Channels of scene")
     assert "drive.speed_rpm = 150.0" in html
-    (named,) = re.findall(r"Not plotted: (.*?), which were not excited", html, re.DOTALL)
+    (names,) = re.findall(r"Not plotted: (.*?), which were not excited", html, re.DOTALL)
     reasons = text(part(html, "of the channels do", "</details>"))
-    for name, channel in differing.channels.items():
+    for name, channel in stiff_scene.channels.items():
         if channel.verdict == "unexcited":
             # It is not agreement: there is no share of it.
             assert name not in table
-            assert name in named.split(", ")
+            assert name in names.split(", ")
             continue
         verdict, ratio, end, coverage, explained, *_ = table[name]
         assert verdict.endswith(channel.verdict)
@@ -132,15 +132,15 @@ def test_every_channel_is_in_the_table_or_named(differing):
 def test_contacts_impacts_and_situations_of_both_models_stand_side_by_side(scene):
     html, events = page(scene), scene.events[0]
     assert int(rows(html, "Contacts of")["lower left"][0]) == (events["corner"] == "ll").sum()
-    a, b = (own["start"][own["corner"] == "ll"].min() for own in scene.events)
+    a, b = (contacts["start"][contacts["corner"] == "ll"].min() for contacts in scene.events)
     starts = [text(each) for each in (quantity(a, "s", 6), quantity(b, "s", 6), quantity(a - b, "s"))]
     assert rows(html, "First contacts of")["lower left"] == starts
-    for cells, matched in zip(rows(html, "Impacts of").values(), scene.impacts.values(), strict=True):
-        assert cells[:3] == [str(matched.count_a), str(matched.count_b), str(len(matched.pairs))]
+    for cells, impacts in zip(rows(html, "Impacts of").values(), scene.impacts.values(), strict=True):
+        assert cells[:3] == [str(impacts.count_a), str(impacts.count_b), str(len(impacts.pairs))]
     end = scene.time[-1]
-    occurred = {"corner": ["ll", "ur", "ul"], "start": [end / 2, end / 2, 3 * end / 4]}
-    occurred["end"] = [2 * end, (0.5 + 2e-5) * end, 2 * end]  # what is behind the run does not count
-    html = page(replace(scene, events=(events.head(3).assign(**occurred), None)))
+    columns = {"corner": ["ll", "ur", "ul"], "start": [end / 2, end / 2, 3 * end / 4]}
+    columns["end"] = [2 * end, (0.5 + 2e-5) * end, 2 * end]  # time behind the run does not count
+    html = page(replace(scene, events=(events.head(3).assign(**columns), None)))
     # Rare is not never; a model without events is not one without contact.
     assert rows(html, "Contact situations") == {
         "free": ["50.0 %", "n/a"],
@@ -155,7 +155,7 @@ def test_contacts_impacts_and_situations_of_both_models_stand_side_by_side(scene
 
 
 def test_the_reliability_of_both_models_and_their_difference(scene):
-    """Of an acceleration whose error is larger between 100 and 108 degrees."""
+    """The error of the acceleration is larger between 100 and 108 degrees."""
     phase = 2 * np.pi * scene.time / 0.4
     bump = 90.0 * ((np.degrees(phase) % 360 > 100) & (np.degrees(phase) % 360 <= 108))
 
@@ -163,20 +163,20 @@ def test_the_reliability_of_both_models_and_their_difference(scene):
         columns = {"slider_y": 0.1 * np.cos(phase), "slider_vy": np.sin(phase), "slider_ay": error}
         return Runs(*[Table(pd.DataFrame({"time": scene.time, **columns}))] * 2)
 
-    both, settings = (runs(15.0 + bump), runs(15.4 + bump)), Reliability()
-    quantities = compare_reliability(both, (runs(0.0),) * 2, 0.4, settings, 2.0)
-    wide = quantities["displacement"] = replace(quantities["displacement"], numerical=3e-3)
+    sides, settings = (runs(15.0 + bump), runs(15.4 + bump)), Reliability()
+    quantities = compare_reliability(sides, (runs(0.0),) * 2, 0.4, settings, 2.0)
+    displacement = quantities["displacement"] = replace(quantities["displacement"], numerical=3e-3)
     html = page(replace(scene, reliability=ReliabilityComparison(settings, quantities)))
-    beyond = f"includes zero and reaches {abs(wide.minimum) + 2e-3:.1e} beyond 0.001"
-    assert f"± 3.0e-03 (mostly numerics), {beyond}" in html
-    known = quantities["acceleration"]
+    clause = f"includes zero and reaches {abs(displacement.minimum) + 2e-3:.1e} beyond 0.001"
+    assert f"± 3.0e-03 (mostly numerics), {clause}" in html
+    acceleration = quantities["acceleration"]
     cells = rows(html, 'Reliability of scene press, standard tier"')["acceleration, by default ≤ 150 m/s²"]
-    assert cells[0].endswith(known.verdict)
-    assert cells[1:4] == [f"{known.a.minimum:.5f}", f"{known.b.minimum:.5f}", "108°"]
-    assert cells[4:6] == [number(known.minimum, 2), number(known.half_width, 2)]
-    missing = ReliabilityComparison(settings, missing="the model <b>mine</b> refused")
-    said = "Not available: the model &lt;b&gt;mine&lt;/b&gt; refused."
-    assert said in page(replace(scene, reliability=missing))
+    assert cells[0].endswith(acceleration.verdict)
+    assert cells[1:4] == [f"{acceleration.a.minimum:.5f}", f"{acceleration.b.minimum:.5f}", "108°"]
+    assert cells[4:6] == [number(acceleration.minimum, 2), number(acceleration.half_width, 2)]
+    refusal = ReliabilityComparison(settings, missing="the model <b>mine</b> refused")
+    sentence = "Not available: the model &lt;b&gt;mine&lt;/b&gt; refused."
+    assert sentence in page(replace(scene, reliability=refusal))
 
 
 def test_a_force_is_drawn_up_to_the_peaks_between_its_samples_wherever_it_is_drawn(scene):
@@ -194,28 +194,28 @@ def test_a_force_is_drawn_up_to_the_peaks_between_its_samples_wherever_it_is_dra
             pd.DataFrame(times | values), events, provenance=record, pulses=columns, extrema={}
         )
     peaks = [events[events["corner"] == "ll"]["peak_force"].max() for events in scene.events]
-    sampled = [table.values(FORCE).max() for table in tables.values()]
-    assert all(np.divide(sampled, peaks) < 0.98)
+    samples = [table.values(FORCE).max() for table in tables.values()]
+    assert all(np.divide(samples, peaks) < 0.98)
     (axes,) = picture(tables, [FORCE]).axes
-    drawn = [line.get_ydata().max() for line in axes.get_lines()]
+    maxima = [line.get_ydata().max() for line in axes.get_lines()]
     channel = scene.channels[FORCE]
-    resolved = scene_lines(replace(scene, pulses=half_sines(scene)), channel)
-    alone = scene_lines(scene, channel)  # peaks, without pulses
-    for shown in (drawn, *([each.extremes[1] for each in lines] for lines in (resolved, alone))):
-        assert shown == pytest.approx(peaks)
+    pulse_lines = scene_lines(replace(scene, pulses=half_sines(scene)), channel)
+    peak_lines = scene_lines(scene, channel)  # peaks, without pulses
+    for tops in (maxima, *([each.extremes[1] for each in lines] for lines in (pulse_lines, peak_lines))):
+        assert tops == pytest.approx(peaks)
     row = re.search(rf"<td>{FORCE}</td>.*?</tr>", tables["a"]._repr_html_(), re.DOTALL)[0]
     assert f"<td>{number(peaks[0])}</td>" in row
-    # Of a range only what is in it.
+    # Of a range only its samples.
     (axes,) = picture(tables, [FORCE], start=0.0, end=0.01).axes
     assert all(line.get_xdata().max() <= 0.01 for line in axes.get_lines())
 
 
-def test_a_figure_says_what_is_beyond_and_what_is_not_predictable_in_bounded_space(scene, differing):
-    for comparison, name in product((scene, differing), ("slider_x", FORCE)):
+def test_a_figure_says_what_is_beyond_and_what_is_not_predictable_in_bounded_space(scene, stiff_scene):
+    for comparison, name in product((scene, stiff_scene), ("slider_x", FORCE)):
         channel = comparison.channels[name]
         drawing = channel_figure(comparison, channel, "k")
         crossed = bool(channel.beyond.any())
-        assert crossed == (comparison is differing and name == FORCE)
+        assert crossed == (comparison is stiff_scene and name == FORCE)
         assert (">beyond<" in drawing) == crossed == (channel.explained < 1.0)
         # One is in the legend.
         assert (len(re.findall(r"<use [^>]*--outside", drawing)) > 1) == crossed
@@ -226,24 +226,24 @@ def test_a_figure_says_what_is_beyond_and_what_is_not_predictable_in_bounded_spa
 
 
 def test_a_long_run_keeps_its_peaks_in_bounded_space(scene):
-    longer = stretched(scene.channels[FORCE], 40)
-    n = longer.time.size
-    longer.a[n // 2 + 7] = longer.b[n // 2 + 7] = 1e4  # a contact of one sample, in both models alike
-    struck = replace(scene, time=longer.time, channels={FORCE: longer})
-    head = json.loads(zlib.decompress(base64.b64decode(scene_plots(struck))))
+    channel = stretched(scene.channels[FORCE], 40)
+    n = channel.time.size
+    channel.a[n // 2 + 7] = channel.b[n // 2 + 7] = 1e4  # a contact of one sample, in both models alike
+    long_scene = replace(scene, time=channel.time, channels={FORCE: channel})
+    head = json.loads(zlib.decompress(base64.b64decode(scene_plots(long_scene))))
     assert len(head["time"]) <= MOST < head["of"] == n
     ((lowest, step), seconds) = head["channels"][0]["grid"], head["start"] + np.array(head["time"])
     values = (lowest + np.cumsum(np.cumsum(head["channels"][0]["steps"]))) * step
     assert values.max() == pytest.approx(1e4)
-    assert seconds[values.argmax()] == pytest.approx(longer.time[n // 2 + 7])
+    assert seconds[values.argmax()] == pytest.approx(channel.time[n // 2 + 7])
 
 
 def test_an_envelope_keeps_both_ends_and_the_extrema_of_every_column():
     values = np.random.default_rng(1).standard_normal(1000)
-    columns, kept = values.reshape(50, 20), svg.envelope(values, 50)
-    assert (kept[0], kept[-1]) == (0, 999)
-    assert len(kept) <= 2 * 50 + 2
-    assert {*columns.min(axis=1), *columns.max(axis=1)} <= {*values[kept]}
+    columns, indices = values.reshape(50, 20), svg.envelope(values, 50)
+    assert (indices[0], indices[-1]) == (0, 999)
+    assert len(indices) <= 2 * 50 + 2
+    assert {*columns.min(axis=1), *columns.max(axis=1)} <= {*values[indices]}
     assert values[svg.upper_envelope(values, 50)].tolist() == columns.max(axis=1).tolist()
 
 
@@ -255,12 +255,12 @@ def test_shades_cover_their_samples_and_are_as_wide_as_a_column():
 
 @pytest.mark.usefixtures("empty_folder")
 def test_a_table_s_name_is_shown_as_it_is(make_table, capsys):
-    """A dollar sign begins mathematics in a label, and an underline what a legend leaves out."""
+    """In a label a dollar sign begins mathematics; a legend leaves out a name with an underline."""
     write(make_table(), "b.csv")
     for name in ("$\\frac", "_a", "&<i>"):
         write(make_table(), f"{name}.csv")
         assert main(["plot", f"{name}.csv", "b.csv", "--channels", "slider_x", "--out", "p.svg"]) == 0
         assert capsys.readouterr().err == ""
-        drawn = Path("p.svg").read_text("utf-8")
-        assert f">{escape(name)}</text>" in drawn
-        assert all(colour in drawn for colour in (svg.FIRST, svg.SECOND))
+        drawing = Path("p.svg").read_text("utf-8")
+        assert f">{escape(name)}</text>" in drawing
+        assert all(colour in drawing for colour in (svg.FIRST, svg.SECOND))
