@@ -24,9 +24,9 @@ def test_a_new_file_is_its_linkage(name, tmp_path) -> None:
     path = tmp_path / "new.toml"
     (tmp_path / "base.toml").write_text(f"[scene]\nextends = '{name}'\n[compare]\nuntil = 0.5")
     path.write_text(new_scene(path, str(tmp_path / "base.toml")))
-    new, known = load_scene(path), load_scene(name)
-    assert new.hash == known.hash == scene_from_mapping(known.data).hash
-    assert (new.compare.until, [*new.data["body"]]) == (0.5, [*known.data["body"]])
+    copy, base = load_scene(path), load_scene(name)
+    assert copy.hash == base.hash == scene_from_mapping(base.data).hash
+    assert (copy.compare.until, [*copy.data["body"]]) == (0.5, [*base.data["body"]])
 
 
 @pytest.mark.parametrize(
@@ -65,10 +65,10 @@ def test_a_new_file_is_its_linkage(name, tmp_path) -> None:
     ],
 )
 def test_a_mistake_is_one_line(key, value, message) -> None:
-    with pytest.raises(SceneError) as refused:
+    with pytest.raises(SceneError) as refusal:
         load_scene("quick-return" if "bed" in key else "four-bar", {key: value})
-    assert message in str(refused.value)
-    assert "\n" not in str(refused.value)
+    assert message in str(refusal.value)
+    assert "\n" not in str(refusal.value)
 
 
 def test_clearances_have_complete_laws_and_channels_of_their_kind() -> None:

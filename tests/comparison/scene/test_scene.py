@@ -1,4 +1,4 @@
-"""Scenes are complete, hashed by what can change a result, know their changes, warn of odd values."""
+"""Scenes are complete, know their changes, warn of odd values; their hash is that of the keys that count."""
 
 import re
 import shlex
@@ -30,8 +30,8 @@ def test_the_mapping_is_complete_plain_and_without_the_criteria():
     assert not {"compare", "reliability"} & set(data)
     assert (scene.compare.tolerance, scene.reliability.bins) == (1e-3, 36)
     # The end is that of the last sample.
-    shorter = scene.with_values({"drive.cycles": 0.3334, "output.samples_per_cycle": 100})
-    assert shorter.duration == pytest.approx(33 * 60 / 21000, rel=1e-15)  # one rounding
+    variant = scene.with_values({"drive.cycles": 0.3334, "output.samples_per_cycle": 100})
+    assert variant.duration == pytest.approx(33 * 60 / 21000, rel=1e-15)  # one rounding
     assert scene.period == pytest.approx(60 / 210, rel=1e-15)
 
 
@@ -40,27 +40,27 @@ def test_settings_and_a_start_that_are_left_open_follow_what_is_changed():
     assert exudyn(tree) == exudyn(load_scene("crank-pin").with_values({FORMULATION: "tree"})) == TREE
     back = tree.with_values({FORMULATION: "full", "solver.exudyn.step": 1e-6})
     assert exudyn(back) == FULL | {"step": 1e-6}
-    own = load_scene(PAPER, {"solver.exudyn.tolerance": 1e-8, FORMULATION: "tree"})
-    assert exudyn(own) == TREE | {"tolerance": 1e-8}
+    scene = load_scene(PAPER, {"solver.exudyn.tolerance": 1e-8, FORMULATION: "tree"})
+    assert exudyn(scene) == TREE | {"tolerance": 1e-8}
     # The step that the file gives five bodies is not the tree's, nor that of a run that requests more.
     for changes, step in (({}, 1e-4), ({"solver.exudyn.method": "generalized-alpha"}, 2e-6)):
         assert exudyn(load_scene("crank-pin", {FORMULATION: "auto"} | changes))["step"] == step
     for start, offset in ({}, 0.0), ({"initial.slider_offset": 1e-5}, 1e-5):
-        moved = load_scene(PAPER, start).with_values({"mechanism.reference_offset": 0.0})
-        assert moved.data["initial"]["slider_offset"] == offset
+        press = load_scene(PAPER, start).with_values({"mechanism.reference_offset": 0.0})
+        assert press.data["initial"]["slider_offset"] == offset
 
 
 def test_set_reads_toml_values_and_takes_bare_words_as_text():
-    known = {"a.b": 1, "c": 2e-9, "d": [1, 2], "e": True, "f": "ideal", "g": "x y", "h": "a=b"}
-    assert parse_set(["a.b=1", "c=2e-9", "d=[1, 2]", "e=true", "f=ideal", "g='x y'", "h=a=b"]) == known
+    values = {"a.b": 1, "c": 2e-9, "d": [1, 2], "e": True, "f": "ideal", "g": "x y", "h": "a=b"}
+    assert parse_set(["a.b=1", "c=2e-9", "d=[1, 2]", "e=true", "f=ideal", "g='x y'", "h=a=b"]) == values
     # A line break must not smuggle in a second key.
     assert parse_set(["a=1\nb=2"]) == {"a": "1\nb=2"}
 
 
 def test_the_hash_sees_numbers_and_not_texts():
     scene = load_scene(PAPER, {"drive.speed_rpm": 77.7})
-    same = {"scene.title": "other", "compare.tolerance": 1e-3, "reliability.bins": 36}
-    assert scene.with_values(same).hash == scene.hash
+    texts = {"scene.title": "other", "compare.tolerance": 1e-3, "reliability.bins": 36}
+    assert scene.with_values(texts).hash == scene.hash
     changes = {"drive.speed_rpm": -77.7, "solver.exudyn.step": 1e-6, "output.groups": []}
     assert len({scene.hash, *(scene.with_values({key: value}).hash for key, value in changes.items())}) == 4
     assert scene_from_mapping(scene.data).hash == scene.hash
@@ -69,7 +69,7 @@ def test_the_hash_sees_numbers_and_not_texts():
 SLIDER, GUIDE, BOTH = (f"contact.youngs_modulus{partner}" for partner in (".slider", ".guide", ""))
 
 
-def repeated(scene):
+def repeat(scene):
     """Load the scene of its command as a shell and the command line read it."""
     sixbar, verb, source, *options = shlex.split(scene.command("plan"))
     assert (sixbar, verb, set(options[::2])) == ("sixbar", "plan", {"--set"} if options else set())
@@ -89,24 +89,24 @@ def repeated(scene):
 )
 def test_the_command_of_a_scene_repeats_it_and_python_does_as_the_command_line_does(first, second):
     scene = load_scene(PAPER, first).with_values(second)
-    again = repeated(scene)
-    assert (again.hash, again.overrides) == (scene.hash, scene.overrides)
-    assert (again.name, again.title, again.description) == (scene.name, scene.title, scene.description)
+    copy = repeat(scene)
+    assert (copy.hash, copy.overrides) == (scene.hash, scene.overrides)
+    assert (copy.name, copy.title, copy.description) == (scene.name, scene.title, scene.description)
     assert (scene.name == PAPER) == all(key.startswith("scene.") for key in scene.overrides)
     assert re.fullmatch(r"[A-Za-z0-9._+=-]{1,100}", scene.name)  # a folder, everywhere
-    if not {SLIDER, BOTH, GUIDE} & {*first, *second}:  # of which a later one replaces another
+    if not {SLIDER, BOTH, GUIDE} & {*first, *second}:  # a later one of these replaces another
         assert load_scene(PAPER, first | second).name == scene.name
 
 
 def test_what_is_changed_is_in_the_title_and_nothing_false_is_said():
     changes = {"clearance.slider": 4e-4, BOTH: 69e9, "joints.slider": "ideal"}
-    changed = load_scene(PAPER, changes)
-    assert changed.title == (
+    variant = load_scene(PAPER, changes)
+    assert variant.title == (
         "150rpm-0.2mm with clearance.slider = 0.4 mm, contact.youngs_modulus = 69 GPa, joints.slider = ideal"
     )
     # A value that the scene has already is no change, nor is one that is changed back.
     same = load_scene(PAPER, {"clearance.slider": 2e-4, "drive.speed_rpm": 150, "drive": {"cycles": 2}})
-    back = changed.with_values({"clearance": {"slider": 2e-4}, BOTH: 210e9})
+    back = variant.with_values({"clearance": {"slider": 2e-4}, BOTH: 210e9})
     for scene in (same, back.with_values({"joints.slider": "clearance"})):
         assert (scene.overrides, scene.data) == ({}, load_scene(PAPER).data)
         assert scene.command("run", "--out", "a b.csv") == "sixbar run 150rpm-0.2mm --out 'a b.csv'"
@@ -117,16 +117,16 @@ def test_a_file_that_extends_another_has_texts_of_its_own(tmp_path):
     path.write_text('[scene]\nname = "own"\nextends = "150rpm-0.2mm"\n')
     scene = load_scene(path)
     assert (scene.name, scene.title, scene.description, scene.overrides) == ("own", "own", "", {})
-    changed = scene.with_values({"drive.cycles": 1})
-    assert (changed.title, changed.description) == ("own with drive.cycles = 1", "")
-    assert repeated(changed).hash == changed.hash  # the path has a space
+    variant = scene.with_values({"drive.cycles": 1})
+    assert (variant.title, variant.description) == ("own with drive.cycles = 1", "")
+    assert repeat(variant).hash == variant.hash  # the path has a space
 
 
 def test_a_run_at_another_setting_keeps_the_name_and_its_command_has_the_setting():
     scene = load_scene(PAPER, {"clearance.slider": 4e-4})
     finer = scene.variant({"solver.reference.tolerance": 1e-12})
     assert (finer.name, finer.title, finer.data["scene"]) == (scene.name, scene.title, scene.data["scene"])
-    assert repeated(finer).hash == finer.hash != scene.hash
+    assert repeat(finer).hash == finer.hash != scene.hash
 
 
 SETTABLE = [key for key in scene_keys() if "[]" not in key.name and not key.name.startswith("scene.")]
@@ -141,10 +141,10 @@ def refusal(name, value):
 
 def test_every_key_of_a_scene_is_listed_with_the_papers_value_and_described():
     values = flat({name: part for name, part in load_scene("paper").data.items() if name != "scene"})
-    listed = {key.name: key.default for key in scene_keys()}
-    assert len(listed) == len(scene_keys())
+    defaults = {key.name: key.default for key in scene_keys()}
+    assert len(defaults) == len(scene_keys())
     for name, value in values.items():
-        assert listed[name] == (None if name == "initial.slider_offset" else value), name
+        assert defaults[name] == (None if name == "initial.slider_offset" else value), name
     for key in scene_keys():
         assert re.fullmatch(r"[A-Z][^\n]{3,110}\.", key.description), key
     units = {key.name: key.unit for key in scene_keys()}
@@ -201,7 +201,7 @@ EXPONENT, MODULUS = "contact.exponent", "contact.youngs_modulus"
         ("workpiece", {"load.depth": 3.0}, "3 m is as large as the linkage, 1.365 m"),
         (PAPER, {STIFFNESS: 1e9}, "has no effect under contact.law = 'hertz-corners'"),
         (PAPER, {LAW: "adams-impact", STIFFNESS: 1e9, MODULUS: 210.0}, "effect beside contact.stiffness"),
-        # Of an ideal slider, a tree's largest step, a counterweight, the journal's law
+        # No warning: an ideal slider's values, a tree's largest step, a counterweight, the journal's law
         ("ideal", {"initial.slider_offset": -3e-4, STIFFNESS: 1e9, STEP: 1e-4}, ""),
         ("crank-pin", {"clearance.slider": 0.3, LAW: "foundation", EXPONENT: 1.2}, ""),
         (PAPER, {"solver.exudyn.formulation": "auto", STEP: 1e-3, "mechanism.crank.centroid": -0.01}, ""),

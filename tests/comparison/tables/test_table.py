@@ -33,7 +33,7 @@ def pulses(*counts):
 
 
 @pytest.mark.parametrize(
-    ("changed", "rule"),
+    ("changes", "rule"),
     [
         ({"x": TIME > 9}, "slider_x is False in data row 1, and must be a number"),
         ({"x": "oops"}, "slider_x is 'oops' in data row 1, and must be a number"),
@@ -46,9 +46,9 @@ def pulses(*counts):
         ({"impulse": np.inf}, "impulse of contact 2 must be a number >= 0, not inf"),
     ],
 )
-def test_what_cannot_be_meant_is_refused_by_channel_and_row(changed, rule):
+def test_what_cannot_be_meant_is_refused_by_channel_and_row(changes, rule):
     with pytest.raises(TableError, match=f"^run: .*{rule}") as error:
-        check(table(**changed), ["slider_x"], name="run")
+        check(table(**changes), ["slider_x"], name="run")
     assert "\n" not in str(error.value)
 
 
@@ -59,13 +59,13 @@ def test_contacts_up_to_half_a_sample_behind_the_end_are_accepted():
 
 @pytest.mark.parametrize(("count", "parts", "first"), [(32, 32, 1), (33, 16, 1), (5000, 96, 32)])
 def test_thinning_keeps_the_ends_and_the_extrema_of_equal_parts(count, parts, first):
-    """And of a long contact the impact."""
-    given = pulses(count)
-    force, edges = given["force"], np.ceil(np.arange(parts + 1) * count / parts).astype(int)
+    """Of a long contact the impact is kept, too."""
+    samples = pulses(count)
+    force, edges = samples["force"], np.ceil(np.arange(parts + 1) * count / parts).astype(int)
     spans = [range(start, end) for start, end in pairwise(edges)]
     extrema = {best(span, key=force.__getitem__) for span in spans for best in (min, max)}
-    kept = np.searchsorted(given["time"], thin(given)["time"])
-    assert {*kept} == {count - 1, *range(first)} | extrema
+    rows = np.searchsorted(samples["time"], thin(samples)["time"])
+    assert {*rows} == {count - 1, *range(first)} | extrema
 
 
 def test_pulses_of_a_result_are_of_its_events():
@@ -113,21 +113,21 @@ def test_what_is_written_is_read_bit_for_bit(tmp_path, make_table, ending):
     any_exponent = np.nan_to_num(np.frombuffer(np.random.default_rng(0).bytes(8 * 401)))
     table = replace(make_table(**{'a "quoted", name': any_exponent}), **PARTS)
     path = write(table, tmp_path / "deep" / f"run.{ending}")
-    beside = {f"run.{end}" for end in ("events.csv", "pulses.csv", "extrema.csv", "json")}
-    assert {file.name for file in companions(table, path)} == beside
-    assert {file.name for file in path.parent.iterdir()} == beside | {path.name}
-    again = read(path)
-    assert list(again.frame) == list(table.frame)
-    assert again.frame.to_numpy().tobytes() == table.frame.to_numpy().tobytes()
-    pd.testing.assert_frame_equal(again.events, table.events, check_exact=True)
-    assert (again.extrema, again.provenance) == (table.extrema, table.provenance)
-    for one, other in ((again.pulses, table.pulses), (again.cycle_extrema, table.cycle_extrema)):
+    names = {f"run.{end}" for end in ("events.csv", "pulses.csv", "extrema.csv", "json")}
+    assert {file.name for file in companions(table, path)} == names
+    assert {file.name for file in path.parent.iterdir()} == names | {path.name}
+    copy = read(path)
+    assert list(copy.frame) == list(table.frame)
+    assert copy.frame.to_numpy().tobytes() == table.frame.to_numpy().tobytes()
+    pd.testing.assert_frame_equal(copy.events, table.events, check_exact=True)
+    assert (copy.extrema, copy.provenance) == (table.extrema, table.provenance)
+    for one, other in ((copy.pulses, table.pulses), (copy.cycle_extrema, table.cycle_extrema)):
         assert list(one) == list(other)
         for name in other:
             assert (one[name].dtype, one[name].tobytes()) == (other[name].dtype, other[name].tobytes())
-    bare = read(write(make_table(), path))  # what an earlier table has beside it goes
+    rest = read(write(make_table(), path))  # companions of an earlier table go
     assert {file.name for file in path.parent.iterdir()} == {path.name, "run.json"}
-    assert (bare.events, bare.pulses, bare.cycle_extrema) == (None, None, None)
+    assert (rest.events, rest.pulses, rest.cycle_extrema) == (None, None, None)
 
 
 @pytest.mark.parametrize(
@@ -152,9 +152,9 @@ def test_files_that_are_no_tables_and_companions_that_are_none_are_one_line(
     path = write(make_table().only(["slider_x"]), tmp_path / "run.csv")
     (tmp_path / "run.events.csv").write_text("corner,start,end\n")  # without it no pulses are read
     (tmp_path / f"run.{name}").write_text(text)
-    with pytest.raises(TableError, match=rule) as refused:
+    with pytest.raises(TableError, match=rule) as refusal:
         check(read(path), ["slider_x"], name="run")
-    assert "\n" not in str(refused.value)
+    assert "\n" not in str(refusal.value)
 
 
 NAMES = ["slider_x", "slider_vx", "slider_angle"]
@@ -170,14 +170,14 @@ def wave(time, **columns):
 def test_the_finer_table_tells_how_often_an_angle_has_turned_and_the_first_one_how_it_is_counted(every):
     time = np.arange(0, 1.54, 0.01)
     angle = 7.3 * 2 * np.pi * time  # of the coarsest table eight tenths of a turn from row to row
-    wrapped = np.mod(angle + np.pi, 2 * np.pi) - np.pi
-    fine = wave(time, slider_angle=wrapped)
-    for counted in (wrapped, angle, angle + 6 * np.pi):
-        coarse = wave(time[::every], slider_angle=counted[::every])
+    remainder = np.mod(angle + np.pi, 2 * np.pi) - np.pi
+    fine = wave(time, slider_angle=remainder)
+    for series in (remainder, angle, angle + 6 * np.pi):
+        coarse = wave(time[::every], slider_angle=series[::every])
         for pair in ((fine, coarse), (coarse, fine)):
-            aligned = align(*pair, NAMES)
+            grid = align(*pair, NAMES)
             # 70 rad round at 1e-14, and a line between two samples is as exact.
-            a, b = aligned.a["slider_angle"], aligned.b["slider_angle"]
+            a, b = grid.a["slider_angle"], grid.b["slider_angle"]
             np.testing.assert_allclose(a, b, rtol=0, atol=1e-12)
             np.testing.assert_allclose(np.diff(a), np.diff(angle[::every]), rtol=0, atol=1e-12)
             assert a[0] == pytest.approx(pair[0].values("slider_angle")[0], abs=1e-12)

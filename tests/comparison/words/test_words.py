@@ -29,15 +29,15 @@ EVENTS = contacts_of(("ul", 0.01, 0.011), ("ll", 0.01, 0.012), ("pin", 0.04, 0.0
     ],
 )
 def test_an_instant_is_named_by_the_contact_in_progress_or_the_last_one(time, words):
-    """Of both models where these are in different contacts, whatever the order of the rows."""
+    """Where both models' contacts differ, both are named; the order of the rows does not count."""
     same, other = EVENTS.iloc[::-1], EVENTS.assign(corner="lr", start=0.0, end=0.001)
-    for events, said in (
+    for events, sentence in (
         ((None, EVENTS), words),
         ((EVENTS, same), words),
         ((EVENTS, other), f"{words} (a), after contact of the lower right corner (b)"),
     ):
         scene = SceneComparison(("a", "b"), "differ", np.empty(0), {}, events=events)
-        assert instant_of(time, scene).partition(" s, ")[2] == said
+        assert instant_of(time, scene).partition(" s, ")[2] == sentence
 
 
 @pytest.mark.parametrize(("speed", "angle"), [(150.0, 8), (-150.0, 332)])
@@ -45,8 +45,8 @@ def test_cycle_and_angle_of_the_crank_follow_the_scene(speed, angle):
     # 0.42 s at 0.4 s a cycle: 18 degrees into the second.
     start = {"mechanism.crank_angle_deg": 350.0, "drive.speed_rpm": speed}
     scene = load_scene("150rpm-0.2mm", start).data
-    judged = SceneComparison(("a", "b"), "differ", np.empty(0), {}, period=0.4, scene=scene)
-    assert instant_of(0.42, judged) == f"0.42 s (cycle 2, crank at {angle}°)"
+    comparison = SceneComparison(("a", "b"), "differ", np.empty(0), {}, period=0.4, scene=scene)
+    assert instant_of(0.42, comparison) == f"0.42 s (cycle 2, crank at {angle}°)"
 
 
 @pytest.mark.usefixtures("empty_cache")
@@ -71,14 +71,14 @@ def test_the_rest_is_foreseen_from_a_tenth_of_the_work_on(capsys):
     assert "50%, about 3 min left" in third
 
 
-@pytest.mark.parametrize("read", [True, False])
-def test_half_the_time_is_advised_where_no_finer_setting_is_left(read):
-    """By a command, so not for a scene that no file holds."""
+@pytest.mark.parametrize("has_file", [True, False])
+def test_half_the_time_is_advised_where_no_finer_setting_is_left(has_file):
+    """The advice is a command: there is none for a scene without a file."""
     scene = load_scene("wedge", {"drive.cycles": 0.3})
-    ran = scene if read else dataclasses.replace(scene, source="")
+    run_scene = scene if has_file else dataclasses.replace(scene, source="")
     at = np.array([0.0, 1.0])
-    advised = card(SceneComparison(("a", "b"), "indeterminate", at, {}, run_scene=ran)).commands
-    assert advised == (("sixbar validate wedge --set drive.cycles=0.15",) if read else ())
+    commands = card(SceneComparison(("a", "b"), "indeterminate", at, {}, run_scene=run_scene)).commands
+    assert commands == (("sixbar validate wedge --set drive.cycles=0.15",) if has_file else ())
 
 
 QUANTITIES = {
@@ -98,10 +98,10 @@ SHARES = {1.0: "100 %", 0.999999: "99.99 %", 0.989999: "98.99 %", 0.29: "29.00 %
 
 
 @pytest.mark.parametrize(
-    ("shown", "text"),
-    [(quantity(*given), text) for given, text in QUANTITIES.items()]
+    ("result", "text"),
+    [(quantity(*value), text) for value, text in QUANTITIES.items()]
     + [(percent(share), text) for share, text in SHARES.items()]
     + [(percent(math.nan), "n/a"), (percent(0.664, 0.003), "66.40 ± 0.3 %")],
 )
-def test_numbers_as_they_are_shown(shown, text):
-    assert shown == text.replace(" ", NO_BREAK)
+def test_numbers_as_they_are_shown(result, text):
+    assert result == text.replace(" ", NO_BREAK)

@@ -24,7 +24,7 @@ NAMES = [
     "x", "y", "q1", "s1", "s2", "m2", "x[0]", "x[1]", "pos(1)", "pos(2)", "der(x)", "rod2[w.X]", "rod2[v.Y]",
     ".press.X", "/body/rod|q", "V(out)", "N", "rad", "t_end", "T", "Δφ", "8th", "a-b", "x.1", "100%",
 ]  # fmt: skip
-SPACED = ["slider x", "Joint angle 2", "F, left", "a; b", "hit #3", "time to go"]
+PHRASES = ["slider x", "Joint angle 2", "F, left", "a; b", "hit #3", "time to go"]
 """Names that need quotation marks where the separator is in them."""
 UNITS = ["mm", "m", "deg", "N", "m/s^2", "N mm", "kg/(m^3)", "-", "furlong", "°"]
 TITLES = [
@@ -54,18 +54,18 @@ OPTIONS = {
     "encoding": ["utf-8", "utf-8", "utf-8-sig", "utf-16", "cp1252"],
     "mark": "###%!",  # of comments
     "index": [False, False, True],  # a first column without a name counts the rows
-    "trailing": ["", "", "rows", "all"],  # which lines end with a separator
-    "blank": [None, None, 1, 3],  # before which row of the table
-    "comment": [None] * len(COMMENTS) + [(2, comment) for comment in COMMENTS],  # before which row
-    "inline": [None, None, (1, " # impact"), (2, " #"), (4, " # impact")],  # at the end of which row
+    "trailing": ["", "", "rows", "all"],  # lines that end with a separator
+    "blank": [None, None, 1, 3],  # row of the table that follows
+    "comment": [None] * len(COMMENTS) + [(2, comment) for comment in COMMENTS],  # with the row that follows
+    "inline": [None, None, (1, " # impact"), (2, " #"), (4, " # impact")],  # with its row
     "empty_rows": [False, False, True],
 }  # fmt: skip
-"""How a table is written."""
+"""The choices of a dialect."""
 
 
-def drawn_dialect(rng):
-    drawn = {name: rng.choice(options) for name, options in OPTIONS.items()}
-    dialect = Dialect(**drawn, sign=drawn["separator"].strip(" "))
+def random_dialect(rng):
+    choices = {name: rng.choice(options) for name, options in OPTIONS.items()}
+    dialect = Dialect(**choices, sign=choices["separator"].strip(" "))
     dialect.spaces = dialect.separator.isspace() and not dialect.separator.startswith("\t")
     if dialect.header in ("none", "comment", "comment units"):
         dialect.index = False
@@ -75,7 +75,7 @@ def drawn_dialect(rng):
     dialect.thousands = dialect.thousands if grouped else ""
     if dialect.thousands == "yes":
         dialect.thousands = {".": ",", ",": "."}[dialect.decimal]
-    if dialect.thousands == "." and dialect.sign == ",":  # no program separates by what it groups with
+    if dialect.thousands == "." and dialect.sign == ",":  # no program groups with its separator
         dialect.thousands = ""
     if dialect.spaces:  # several count as one
         dialect.index, dialect.trailing, dialect.empty_rows = False, "", False
@@ -86,30 +86,30 @@ def drawn_dialect(rng):
     return dialect
 
 
-def stated(keys, names, units, dialect):
+def statement(keys, names, units, dialect):
     """Return the ``[dialect]`` that states these keys."""
-    named = list(names)
+    labels = list(names)
     if units is not None:
-        named = [f"{name} [{unit}]" for name, unit in zip(names, units, strict=True)]
-    true = {
+        labels = [f"{name} [{unit}]" for name, unit in zip(names, units, strict=True)]
+    values = {
         "separator": " " if dialect.spaces else dialect.sign,
         "decimal": dialect.decimal,
         "thousands": dialect.thousands or None,
-        "skip": len(re.findall(r"\r\n|\r|\n", _joined(dialect.titles, dialect))),
-        "names": [] if dialect.header == "none" else [""] * dialect.index + named,
+        "skip": len(re.findall(r"\r\n|\r|\n", _join(dialect.titles, dialect))),
+        "names": [] if dialect.header == "none" else [""] * dialect.index + labels,
         "comment": dialect.mark,
     }
     also = {"names"} if dialect.header == "none" else set()  # else the first row is one of names
-    return {key: true[key] for key in keys | also if true[key] is not None}
+    return {key: values[key] for key in keys | also if values[key] is not None}
 
 
-def written(names, units, columns, dialect):
+def encode(names, units, columns, dialect):
     cells = [[_cell(value, dialect) for value in column] for column in columns]
     heading = _heading(names, units, dialect)
     lines = []
     for n, row in enumerate(zip(*cells, strict=True)):
         fields = [str(n), *row] if dialect.index else row
-        line = dialect.separator.join(_quoted(field, dialect, dialect.quotes == "all") for field in fields)
+        line = dialect.separator.join(_quote(field, dialect, dialect.quotes == "all") for field in fields)
         lines.append(line + (dialect.sign if dialect.trailing else ""))
     if dialect.inline is not None and dialect.inline[0] < len(lines):
         lines[dialect.inline[0]] += dialect.inline[1]
@@ -119,7 +119,7 @@ def written(names, units, columns, dialect):
         lines.insert(dialect.blank, "")
     if dialect.empty_rows:
         lines.append(dialect.sign * (len(cells) - 1))
-    text = _joined([*dialect.titles, *heading, *lines], dialect)
+    text = _join([*dialect.titles, *heading, *lines], dialect)
     text = text.rstrip("\r\n") if dialect.last_end == "none" else text + dialect.last_end
     try:
         return text.encode(dialect.encoding)
@@ -127,7 +127,7 @@ def written(names, units, columns, dialect):
         return text.encode("utf-8")
 
 
-def _joined(lines, dialect):
+def _join(lines, dialect):
     ends = ["\n", "\r\n", "\r"] if dialect.end == "mixed" else [dialect.end]
     # A carriage return before an empty line that ends with a line feed is the end of one line.
     return "".join(line + ("\n" if not line else ends[n % len(ends)]) for n, line in enumerate(lines))
@@ -138,7 +138,7 @@ def _number(value, kind):
         return repr(value)
     if kind in ("D", "no letter"):
         mantissa, _, exponent = f"{value:.6E}".partition("E")
-        # Three digits are written as 1.5-101; where two do, they are written with their letter.
+        # Exponents of three digits lose their letter, as in 1.5-101; those of two keep it.
         return f"{mantissa}D{exponent}" if kind == "D" or len(exponent) < 4 else mantissa + exponent
     return f"{value:{kind}}"
 
@@ -151,7 +151,7 @@ def _cell(value, dialect):
     return text.translate(str.maketrans({".": dialect.decimal, ",": dialect.thousands or ","}))
 
 
-def _quoted(field, dialect, always):
+def _quote(field, dialect, always):
     needed = any(c in field for c in (" \t" if dialect.spaces else dialect.sign))
     return f'"{field}"' if always or needed else field
 
@@ -170,7 +170,7 @@ def _heading(names, units, dialect):
     for fields in rows:
         # Between names and their units there may be a space; of both together it needs no quotes.
         bare = dialect.spaces and dialect.header in ("[]", "()") and not always
-        line = dialect.separator.join(f if bare else _quoted(f, dialect, always) for f in fields)
+        line = dialect.separator.join(f if bare else _quote(f, dialect, always) for f in fields)
         line = (dialect.sign if dialect.index else "") + line
         line += dialect.sign if dialect.trailing == "all" else ""
         lines.append((f"{dialect.mark} " if dialect.header.startswith("comment") else "") + line)
@@ -182,33 +182,33 @@ TIMES = ["time", "Time", "TIME", "t"]
 VALUES = [0.0, -0.0, 1.0, 0.5, 1.5, 12.125, 250.0, 1500.0, -1234.5, 1234567.875, 1e-9, 1.5e-101]
 
 
-def drawn_table(rng, dialect):
+def random_table(rng, dialect):
     count, rows = rng.randrange(2, 6), rng.choice([2, 3, 5, 7, 120])
     with_units = dialect.header not in ("names", "comment", "none")
     beside = dialect.header in ("[]", "()", "attached")
     # A quotation mark does not go with the unit beside a name, or a comment, where spaces separate.
     bare = dialect.spaces and (beside or dialect.header.startswith("comment"))
-    names = rng.sample(NAMES if bare else NAMES + SPACED, count - 1)
+    names = rng.sample(NAMES if bare else NAMES + PHRASES, count - 1)
     units = None
     if with_units:
-        known = [unit for unit in UNITS if not (dialect.spaces and " " in unit)]
+        choices = [unit for unit in UNITS if not (dialect.spaces and " " in unit)]
         if dialect.header in ("()", "attached"):
-            known = [u for u in known if "(" not in u and (u != "furlong" or dialect.header == "()")]
-        units = [rng.choice(["s", "ms", "sec"]), *(rng.choice(known) for _ in names)]
+            choices = [u for u in choices if "(" not in u and (u != "furlong" or dialect.header == "()")]
+        units = [rng.choice(["s", "ms", "sec"]), *(rng.choice(choices) for _ in names)]
         # Brackets at the end of a name that has a unit in brackets are the unit's.
         marked = not dialect.header.startswith(("units", "comment"))
         names = [f"{name}.u" if name[-1] in "])" and marked else name for name in names]
     step = {".3f": 0.125, ".0f": 1.0}.get(dialect.number, rng.choice([0.25, 0.5, 1.0]))
     columns = [[n * step for n in range(rows)]]
     for _ in names:
-        own = [rng.choice([*VALUES, rng.uniform(-1e6, 1e6), rng.uniform(-9, 9)]) for _ in range(min(rows, 7))]
-        # What is not whole may begin after a hundred rows.
-        columns.append([float(n % 3) for n in range(rows - len(own))] + own)
+        end = [rng.choice([*VALUES, rng.uniform(-1e6, 1e6), rng.uniform(-9, 9)]) for _ in range(min(rows, 7))]
+        # Numbers that are not whole may begin after a hundred rows.
+        columns.append([float(n % 3) for n in range(rows - len(end))] + end)
     return [rng.choice(TIMES), *names], units, columns
 
 
 def read(content, mapping=None):
-    """Return unit and numbers by name, or why a table is refused, in one line."""
+    """Return unit and numbers by name, and the message of a refusal, in one line."""
     Path("a.csv").write_bytes(content)
     message = ""
     try:
@@ -222,7 +222,7 @@ def read(content, mapping=None):
     return {name: (units.get(name, "s"), table.values(name)) for name in table.frame}, ""
 
 
-def wanted(names, units, columns, dialect):
+def expectation(names, units, columns, dialect):
     if dialect.header == "none":
         names = ["time", *(f"#{n + 1}" for n in range(1, len(columns)))]
     result = {}
@@ -233,27 +233,27 @@ def wanted(names, units, columns, dialect):
     return result | {"time": ("s", parse_unit(unit or "s").convert(time, parse_unit("s")))}
 
 
-def same(result, expected, said):
-    assert list(result) == list(expected), said
+def require_same(result, expected, message):
+    assert list(result) == list(expected), message
     for name, (unit, numbers) in expected.items():
-        assert result[name][0] == unit, said
-        np.testing.assert_array_equal(result[name][1], numbers, said)
+        assert result[name][0] == unit, message
+        np.testing.assert_array_equal(result[name][1], numbers, message)
 
 
 def check_dialect(seed):
-    """Require that a table is read as it is meant, at once or as its refusals ask; return whether at once."""
+    """Require the meant reading of a table, at once or with the keys of its refusals; True if at once."""
     rng = random.Random(seed)
-    dialect = drawn_dialect(rng)
-    names, units, columns = drawn_table(rng, dialect)
-    content, keys = written(names, units, columns, dialect), set()
+    dialect = random_dialect(rng)
+    names, units, columns = random_table(rng, dialect)
+    content, keys = encode(names, units, columns, dialect), set()
     contents, message = read(content)
     while message:
         hint = re.search(r"state (.*) in \[dialect\]", message)
-        asked = set(re.findall("separator|decimal|thousands|skip|names|comment", hint[1] if hint else ""))
-        assert asked - keys, f"seed {seed}: {message} {content!r}"
-        keys |= asked
-        contents, message = read(content, {"dialect": stated(keys, names, units, dialect)})
-    same(contents, wanted(names, units, columns, dialect), f"seed {seed}: {keys} {content!r}")
+        hints = set(re.findall("separator|decimal|thousands|skip|names|comment", hint[1] if hint else ""))
+        assert hints - keys, f"seed {seed}: {message} {content!r}"
+        keys |= hints
+        contents, message = read(content, {"dialect": statement(keys, names, units, dialect)})
+    require_same(contents, expectation(names, units, columns, dialect), f"seed {seed}: {keys} {content!r}")
     return not keys
 
 
@@ -277,6 +277,6 @@ def test_what_is_no_number_is_refused_or_none_and_does_not_harm_the_other_column
     ids=["few", "many"],
 )
 def test_a_table_is_read_as_it_is_meant_or_the_refusal_names_the_key(seeds):
-    """At most 30 % need a mapping: what is not clear is not guessed, but most tables are clear."""
-    refused = sum(not check_dialect(seed) for seed in seeds)
-    assert refused <= 0.3 * len(seeds), f"{refused} of {len(seeds)} need a mapping"
+    """At most 30 % need a mapping: unclear tables are not guessed, but most are clear."""
+    count = sum(not check_dialect(seed) for seed in seeds)
+    assert count <= 0.3 * len(seeds), f"{count} of {len(seeds)} need a mapping"

@@ -1,4 +1,4 @@
-"""Files of other programs: numbers arrive bit for bit, what is ambiguous or damaged is one line."""
+"""Files of other programs: numbers arrive bit for bit, an ambiguous or damaged file is one line."""
 
 import shutil
 from pathlib import Path
@@ -15,7 +15,7 @@ NAMES = list(FRAME)
 COLUMNS = {name: FRAME[name].to_numpy() for name in FRAME}
 
 
-def same(table, expected=COLUMNS):
+def require_same(table, expected=COLUMNS):
     assert list(table.frame) == list(expected)
     for name, values in expected.items():
         assert table.values(name).tobytes() == values.tobytes()
@@ -43,16 +43,16 @@ LAYOUTS = {
 @pytest.mark.parametrize("name", LAYOUTS)
 def test_every_sample_gives_its_columns_and_units_and_its_ending_says_nothing(name):
     x, v, units, digits = LAYOUTS[name]
-    table, again, warnings = read_pair(SAMPLES / name, Path(shutil.copy(SAMPLES / name, "run.37")))
+    table, copy, warnings = read_pair(SAMPLES / name, Path(shutil.copy(SAMPLES / name, "run.37")))
     assert list(table.frame) == ["time", x, v]
     assert (table.overrides[x].unit, table.overrides[v].unit) == units
     np.testing.assert_allclose(table.time, TIME, rtol=0, atol=1e-15)
-    # The digits that the sample is written with.
+    # The digits of the sample.
     np.testing.assert_allclose(table.values(x), X, rtol=0, atol=10.0**-digits)
     np.testing.assert_allclose(table.values(v), V, rtol=0, atol=10.0**-digits)
     assert ("no unit is stated" in "".join(warnings)) == (units == ("", ""))
     assert ("columns without names" in "".join(warnings)) == (x == "#2")
-    assert again.frame.equals(table.frame)
+    assert copy.frame.equals(table.frame)
 
 
 MAT = Path("a.mat")
@@ -63,9 +63,9 @@ def test_vectors_of_a_file_and_of_its_structures():
     savemat("b.mat", {"adams": COLUMNS, "other": COLUMNS})
     units = zip(NAMES, ["s", "m", "rad"], strict=True)
     rules = (f'[b."adams.{name}"]\nchannel = "{name}"\nunit = "{unit}"\n' for name, unit in units)
-    plain, structured, warnings = read_pair(MAT, Path("b.mat"), "".join(rules))
-    same(plain)
-    same(structured)
+    vectors, structures, warnings = read_pair(MAT, Path("b.mat"), "".join(rules))
+    require_same(vectors)
+    require_same(structures)
     assert "other.slider_y" in warnings[0]
 
 
@@ -74,29 +74,29 @@ def test_what_is_no_vector_is_refused_or_listed():
     others = {"file": cells, "m": np.eye(3), "n": 3.0, "t": "slow", "c": 1j * np.ones(11)}
     savemat(MAT, COLUMNS | others)  # a variable may have the name of an argument
     table, _, warnings = read_pair(MAT, None, '[columns.slider_y]\nchannel = "slider_y"\nunit = "m"')
-    same(table)
-    for listed in ("m (float64 of shape (3, 3))", "n (float64 of shape ())", "t (str", "c (complex128 of "):
-        assert listed in warnings[0]
+    require_same(table)
+    for entry in ("m (float64 of shape (3, 3))", "n (float64 of shape ())", "t (str", "c (complex128 of "):
+        assert entry in warnings[0]
     refused("a.mat: 'file (object of shape (2,))' is not a channel", MAT)
 
 
 def test_a_broken_file_is_one_line():
     savemat(MAT, COLUMNS | {"slider_x": np.zeros(5)})
     refused("a.mat: time holds 11 numbers and slider_x 5", MAT)
-    whole = MAT.read_bytes()
+    content = MAT.read_bytes()
     # The last one ends scipy's parser by a wrong address.
-    for broken in (whole[:-3], whole[:145] + b"\x0f" + whole[146:]):
-        refused("a.mat: is not a readable .mat file", put("a.mat", broken))
+    for fragment in (content[:-3], content[:145] + b"\x0f" + content[146:]):
+        refused("a.mat: is not a readable .mat file", put("a.mat", fragment))
 
 
 def dymola(places, *, transposed=True, **matrices):
-    """Write a result of Dymola: of each name its matrix and row; a matrix has its times in the first row."""
-    padded = [name.ljust(12) for name in places]
+    """Write a result of Dymola: matrix and row of each name; the first row of a matrix has its times."""
+    names = [name.ljust(12) for name in places]
     matrices["dataInfo"] = np.array([[*place, 0, -1] for place in places.values()]).T
     kind = "binTrans" if transposed else "binNormal"
     content = {
         "Aclass": [text.ljust(11) for text in ("Atrajectory", "1.1", "", kind)],
-        "name": ["".join(column) for column in zip(*padded, strict=True)] if transposed else padded,
+        "name": ["".join(column) for column in zip(*names, strict=True)] if transposed else names,
     }
     content |= {name: np.array(each if transposed else np.transpose(each)) for name, each in matrices.items()}
     savemat(MAT, content, format="4")
@@ -108,30 +108,30 @@ def test_a_result_of_dymola(transposed):
     time, y, angle = COLUMNS.values()
     places = {"Time": (0, 1), "slider_y": (2, 2), "slider_angle": (2, -3), "reaction_A_x": (1, 2)}
     dymola(places, transposed=transposed, data_1=[[0.0, 0.01], [7.5, 7.5]], data_2=[time, y, -angle])
-    same(read_pair(MAT)[0], COLUMNS | {"reaction_A_x": np.full(11, 7.5)})
+    require_same(read_pair(MAT)[0], COLUMNS | {"reaction_A_x": np.full(11, 7.5)})
 
 
 @pytest.mark.parametrize(
-    ("third", "rule"),
+    ("matrix", "rule"),
     [
         ([[0.0, 1.0, 2.0], [5.0, 6.0, 7.0]], ""),  # the same times
         ([[0.0, 2.0], [7.0, 7.0]], ""),  # constant
         ([[0.0, 2.0], [7.0, 8.0]], "'v3 (of data_3, which has times of its own)' is not a channel"),
     ],
 )
-def test_a_further_matrix_of_a_result_is_read_if_its_times_are_the_same(third, rule):
+def test_a_further_matrix_of_a_result_is_read_if_its_times_are_the_same(matrix, rule):
     places = {"time": (0, 1), "v2": (2, 2), "v3": (3, 2)}
-    dymola(places, data_2=[[0.0, 1.0, 2.0], [1.0, 2.0, 3.0]], data_3=third)
+    dymola(places, data_2=[[0.0, 1.0, 2.0], [1.0, 2.0, 3.0]], data_3=matrix)
     if rule:
         refused(rule, MAT)
     else:
-        expected = third[1] if len(third[1]) == 3 else [7.0, 7.0, 7.0]
+        expected = matrix[1] if len(matrix[1]) == 3 else [7.0, 7.0, 7.0]
         assert read_pair(MAT)[0].values("v3").tolist() == expected
 
 
 def signals(*labels):
-    kinds = [("values", "O"), ("dimensions", "O"), ("label", "O"), ("blockName", "O")]
-    parts = np.zeros((1, len(labels)), dtype=kinds)
+    dtype = [("values", "O"), ("dimensions", "O"), ("label", "O"), ("blockName", "O")]
+    parts = np.zeros((1, len(labels)), dtype=dtype)
     for n, label in enumerate(labels):
         parts[0, n] = (n + np.c_[TIME, 2 * TIME][:, : n + 1], n + 1.0, label, f"press/Out{n + 1}")
     return parts
@@ -184,7 +184,7 @@ def workbook(*rows, more=None):
 def test_numbers_arrive_bit_for_bit_below_titles_and_above_a_blank_row():
     head = [["Adams/PostProcessor"], [], ["run", None, 7.0], NAMES]
     path = workbook(*head, *ROWS, [None], more={"Notes": [["made by", "hand"], [1.0]]})
-    same(read_pair(path)[0], EXACT)
+    require_same(read_pair(path)[0], EXACT)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Tables that once were misread or refused (others: test_dialects), and which column is which channel."""
+"""Tables that once were misread or refused (others: test_dialects), and the channels of columns."""
 
 import math
 from pathlib import Path
@@ -68,7 +68,7 @@ def test_a_column_of_text_in_parquet():
 
 
 ROWS = "0,1,5\n1,2,6\n"
-NAMED = 'names = ["time", "p", "q"]'
+NAMES = 'names = ["time", "p", "q"]'
 CLOCK = 'skip = 1\nnames = ["time", "x", "flag"]\n[columns.x]\nchannel = "x"\n[channels.x]'
 ZEIT = '[columns.Zeit]\nchannel = "time"\nunit = "s"\n[columns.x]\nchannel = "x"\n[channels.x]'
 
@@ -76,7 +76,7 @@ ZEIT = '[columns.Zeit]\nchannel = "time"\nunit = "s"\n[columns.x]\nchannel = "x"
 @pytest.mark.parametrize(
     ("content", "words", "keys", "names", "values"),
     [
-        ("time,load (left),load (right)\n" + ROWS, "column 'load' occurs twice", NAMED, "p q", [1, 2]),
+        ("time,load (left),load (right)\n" + ROWS, "column 'load' occurs twice", NAMES, "p q", [1, 2]),
         ("Zeit;x;F\n0;1;5\n1;2;6\n", "channel time is missing; columns: F, Zeit, x", ZEIT, "x", [1, 2]),
         ("time|x|F\n0|1|5\n1|2|6\n", "contains no row of two or more", 'separator = "|"', "x F", [1, 2]),
         ("2024 11 28\n12 30 45\ntime x F\n0 1 5\n1 2 6\n", "line 3 is text", "skip = 2", "x F", [1, 2]),
@@ -93,8 +93,8 @@ def test_what_has_two_readings_is_read_once_a_mapping_states_the_key(content, wo
 
 def test_a_dialect_may_be_that_of_one_table():
     a, b = put("a.csv", "time;x\n0;1.500\n1;2.500\n"), put("b.csv", "time|x\n0|1,5\n1|2,5\n")
-    stated = '[dialect]\ndecimal = "."\n[dialect.b]\nseparator = "|"\ndecimal = ","'
-    first, second, _ = read_pair(a, b, stated)
+    mapping = '[dialect]\ndecimal = "."\n[dialect.b]\nseparator = "|"\ndecimal = ","'
+    first, second, _ = read_pair(a, b, mapping)
     assert first.frame.equals(second.frame)
 
 
@@ -114,10 +114,10 @@ def test_what_a_mapping_does_not_name_is_left_out_of_both_tables_and_listed():
 
 
 def test_the_mapping_of_the_guide_with_channels_of_its_own_is_one():
-    dialect, own = (block("docs/foreign-tables.md", "toml", number) for number in (0, 2))
-    stated = load_mapping(put("map.toml", dialect)).dialect
-    assert stated.model_fields_set == Dialect.model_fields.keys()
-    assert load_mapping(put("map.toml", own)).channels.keys() == {"knee", "knee_speed", "hip_moment"}
+    dialect, definitions = (block("docs/foreign-tables.md", "toml", number) for number in (0, 2))
+    section = load_mapping(put("map.toml", dialect)).dialect
+    assert section.model_fields_set == Dialect.model_fields.keys()
+    assert load_mapping(put("map.toml", definitions)).channels.keys() == {"knee", "knee_speed", "hip_moment"}
 
 
 QW = "time,q,w\n0,1,0\n1,2,0\n"
@@ -173,15 +173,15 @@ def test_a_mapping_that_is_not_clear_is_refused_in_one_line(mapping, rule):
     ],
 )  # fmt: skip
 def test_spellings_and_factors(text, si, factor):
-    unit, wanted = parse_unit(text), parse_unit(si)
-    assert unit.powers == wanted.powers
+    unit, si_unit = parse_unit(text), parse_unit(si)
+    assert unit.powers == si_unit.powers
     # The factor is one rounding from the written one, as is the test's own.
-    assert float(unit.factor / wanted.factor) == pytest.approx(factor, rel=3e-16)
+    assert float(unit.factor / si_unit.factor) == pytest.approx(factor, rel=3e-16)
 
 
 def test_what_is_no_unit_is_none_and_those_of_the_channels_are_si():
-    for none in ("", " ", "furlong", "N/", "/s", "mm^", "mm//s", "x", "12", "MM", "m s oops"):
-        assert parse_unit(none) is None, none
+    for word in ("", " ", "furlong", "N/", "/s", "mm^", "mm//s", "x", "12", "MM", "m s oops"):
+        assert parse_unit(word) is None, word
     for channel in channels().values():
         assert parse_unit(channel.unit).factor == 1, channel.name
 
