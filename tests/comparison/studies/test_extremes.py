@@ -18,10 +18,10 @@ def test_each_cell_is_there_once_and_has_its_law():
     assert {cell.axis for cell in EVERY_CELL} == {*AXES, HYPERCUBE}
     assert {cell.law for cell in EVERY_CELL} == {*LAWS}
     for cell in EVERY_CELL:
-        if cell.changes.get("contact.restitution", 1.0) >= 0.05:  # below some damping models are none
+        if cell.changes.get("contact.restitution", 1.0) >= 0.05:  # some damping models have no smaller one
             assert cell.scene.data["contact"]["law"] == cell.law
-            wanted = cell.changes.get("contact.damping_model", "lankarani-nikravesh")
-            assert cell.scene.data["contact"]["damping_model"] == wanted
+            model = cell.changes.get("contact.damping_model", "lankarani-nikravesh")
+            assert cell.scene.data["contact"]["damping_model"] == model
 
 
 @pytest.mark.parametrize(
@@ -42,11 +42,11 @@ def test_the_class_of_a_comparison_is_its_worst_run_or_its_verdict(statuses, kin
 
 
 def test_some_cells_for_real():
-    """An ordinary one, one that cannot be assembled, and one without time to run."""
-    wanted = [("base", "as shipped"), ("edge of assembly", "rod 2 0.5 m")]
+    """An ordinary cell, one that cannot be assembled, and one without time to run."""
+    places = [("base", "as shipped"), ("edge of assembly", "rod 2 0.5 m")]
     scenes = {(cell.axis, cell.label): cell.scene for cell in reversed(EVERY_CELL)}
-    usual, long = (scenes[place].with_values(PAIRS["smallest"]) for place in wanted)
-    rows = run_pairs([PairRun(usual), PairRun(long), PairRun(usual, 1e-6)], 1, None)
+    base, edge = (scenes[place].with_values(PAIRS["smallest"]) for place in places)
+    rows = run_pairs([PairRun(base), PairRun(edge), PairRun(base, 1e-6)], 1, None)
     assert [classify(row) for row in rows] == [Class.AGREE, Class.REFUSED, Class.NOT_TESTED]
     assert rows[0]["coverage"] > 0.9
     assert 0.0 < rows[0]["apart_m"] < 1e-8

@@ -25,13 +25,13 @@ def exact_ball(times, height, g, restitution):
 
 def test_the_solvers_and_the_truth_follow_a_closed_form():
     system = BY_NAME["Bouncing ball"]
-    exact = exact_ball(system.times, 1.0, **system.parameters)
+    reference = exact_ball(system.times, 1.0, **system.parameters)
     run = system.side("DOP853", system.start, system.parameters)(1e-11, np.zeros(len(system.start)))
     # Tolerances of 1e-11 on values of about 1, over some hundred steps.
-    assert np.abs(run.drop(columns="time").to_numpy() - exact).max() < 1e-8
+    assert np.abs(run.drop(columns="time").to_numpy() - reference).max() < 1e-8
     pytest.importorskip("heyoka", reason="the truth is computed by heyoka")
     # The closed form itself is rounded to some 1e-15 a bounce.
-    assert np.abs(Truth(system).states(system.start) - exact).max() < 1e-12
+    assert np.abs(Truth(system).states(system.start) - reference).max() < 1e-12
 
 
 @pytest.mark.parametrize(

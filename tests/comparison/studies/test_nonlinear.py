@@ -16,10 +16,10 @@ from comparison.studies.paper.nonlinear import DISTANCES, MAIN, choose
 RESTITUTION = 0.5
 
 
-def along(step, start, periods, distance, round_off=1e-15, period=1):
+def map_exponent(step, start, periods, distance, round_off=1e-15, period=1):
     """The exponent by one perturbed orbit of a map; times count its steps."""
     (exponent,) = lyapunov.exponents(
-        lambda state, when: (step(state), when + 1),
+        lambda state, count: (step(state), count + 1),
         lambda state, *_: step(state),
         np.array(start),
         0,
@@ -32,7 +32,7 @@ def along(step, start, periods, distance, round_off=1e-15, period=1):
 # A complex pair of eigenvalues; a strange attractor.
 @pytest.mark.parametrize(("amplitude", "sign"), [(4.0, -1), (11.0, 1)])
 def test_the_exponent_of_a_bouncing_ball_is_the_known_one(amplitude, sign):
-    """On a table that moves little beside its flight, phase and speed of an impact to the next.
+    """The map of phase and speed from an impact to the next, on a table that moves little beside the flight.
 
     P. J. Holmes, J. Sound and Vibration 84 (1982) 173-189: the determinant is the restitution everywhere.
     """
@@ -43,7 +43,7 @@ def test_the_exponent_of_a_bouncing_ball_is_the_known_one(amplitude, sign):
 
     # Beside the motion with one impact a period
     state = np.array([acos(2 * pi * (1 - RESTITUTION) / amplitude) + 0.01, 2 * pi])
-    exponent = along(bounce, state, 600, 1e-8)
+    exponent = map_exponent(bounce, state, 600, 1e-8)
     # A complex pair of eigenvalues of the known product; else the growth by the exact linear maps.
     vector, total = np.ones(2), 0.0
     for _ in range(600):
@@ -51,8 +51,8 @@ def test_the_exponent_of_a_bouncing_ball_is_the_known_one(amplitude, sign):
         vector = np.array([[1.0, 1.0], [push, push + RESTITUTION]]) @ vector
         total, vector = total + log(np.linalg.norm(vector)), vector / np.linalg.norm(vector)
         state = bounce(state)
-    known = 0.5 * log(RESTITUTION) if sign == -1 else total / 600
-    assert exponent.value == pytest.approx(known, abs=0.02)
+    reference = 0.5 * log(RESTITUTION) if sign == -1 else total / 600
+    assert exponent.value == pytest.approx(reference, abs=0.02)
     assert (exponent.sign, exponent.collapsed) == (sign, 0.0)
 
 
@@ -60,16 +60,16 @@ def test_the_interval_of_a_mean_covers_it_as_often_as_it_says():
     # A correlation of 0.3 from one to the next: 200 series of 400, after a transient.
     series = lfilter([1.0], [1.0, -0.3], np.random.default_rng(3).normal(size=(200, 420)))[:, 20:]
     intervals = [lyapunov.mean_interval(each, k) for k, each in enumerate(series)]
-    covered = sum(low <= 0.0 <= high for low, high in intervals)
+    count = sum(low <= 0.0 <= high for low, high in intervals)
     # 95 % asked; blocks of 7 see nearly all of the correlation. Without blocks 83 % are covered.
-    assert 178 <= covered <= 199
+    assert 178 <= count <= 199
 
 
 @pytest.mark.parametrize(("period", "collapsed"), [(1, 0.5), (2, 1.0)])
 def test_collapsed_orbits_give_a_bound_and_keep_their_direction(period, collapsed):
-    """Every other stage forgets its start but for an error of 1e-9, the others double the distance.
+    """Every other stage forgets its start, up to an error of 1e-9; the others double the distance.
 
-    As a period each, or both kinds as the stages of one.
+    Each is a period, or both kinds are the stages of one.
     """
     runs = 0
 
@@ -79,7 +79,7 @@ def test_collapsed_orbits_give_a_bound_and_keep_their_direction(period, collapse
         runs += 1
         return 2.0 * state if odd else np.array([1e-9 * (runs % 3), 0.0])
 
-    exponent = along(advance, [0.0, 0.0], 10, 1e-6, round_off=1e-12, period=period)
+    exponent = map_exponent(advance, [0.0, 0.0], 10, 1e-6, round_off=1e-12, period=period)
     assert exponent.collapsed == collapsed
     assert exponent.value == pytest.approx(period * (log(lyapunov.MARGIN * 1e-3) + log(2.0)) / 2, rel=1e-9)
 
@@ -128,16 +128,16 @@ def test_stages_from_flight_to_flight_are_the_run():
     scene = load_scene("150rpm-0.2mm", values | {"solver.reference.tolerance": 1e-12})
     run = run_one(scene, "reference")
     press = lyapunov.Press(scene, partial(run_one, model="reference"))
-    whole, flying = lyapunov.states(run, scene), lyapunov.in_flight(run, scene)
-    when, stages = int(np.argmax(flying)), 0
-    while when < PER_CYCLE:
-        state, end = press.orbit(whole[when], when)
-        assert end - when >= lyapunov.SHORTEST_STAGE * PER_CYCLE
+    states, flying = lyapunov.states(run, scene), lyapunov.in_flight(run, scene)
+    row, stages = int(np.argmax(flying)), 0
+    while row < PER_CYCLE:
+        state, end = press.orbit(states[row], row)
+        assert end - row >= lyapunov.SHORTEST_STAGE * PER_CYCLE
         assert flying[end]
         # A state in the table is rounded to 1e-16 m; an impact makes 1e-12 m of that (its force changes by
         # 1e7 N a metre), and a stage through the chatter multiplies it by up to 1e4.
-        assert np.linalg.norm((state - whole[end]) * lyapunov.scale(scene)) < 1e-7
-        assert press.advance(whole[when], when, end).tolist() == state.tolist()
-        when, stages = end, stages + 1
+        assert np.linalg.norm((state - states[end]) * lyapunov.scale(scene)) < 1e-7
+        assert press.advance(states[row], row, end).tolist() == state.tolist()
+        row, stages = end, stages + 1
     # The rest at the wall takes a quarter of the cycle in one stage.
     assert 5 <= stages <= 1 / lyapunov.SHORTEST_STAGE

@@ -1,4 +1,4 @@
-"""Studies as a whole, with fake models: what they write; rates and printed numbers that they share."""
+"""Studies as a whole, with fake models: their files; rates and printed numbers that they share."""
 
 import re
 import shutil
@@ -24,14 +24,14 @@ from comparison.studies.shared.study import interval, share, upper_limit
 
 STUDIES = ("extremes", "trust", "tradeoff", "truth", "verdicts")
 OTHERS = [f"paper/{part}" for part in PARTS if part != MAIN]
-UNLINKED = ["verdicts.toml", "measured.toml"]
+RECORDS = ["verdicts.toml", "measured.toml"]
 
 
 @pytest.fixture(scope="module")
 def folder(fakes, tmp_path_factory):
     """Small studies of fake models, less the paper's own page, which takes as long as all others."""
     folder = tmp_path_factory.mktemp("studies")
-    # Most of the time processes would start; nothing that they import changes meanwhile.
+    # Starts of processes would take most of the time; nothing that they import changes meanwhile.
     with pytest.MonkeyPatch.context() as monkeypatch, fakes(folder, monkeypatch), kept_workers():
         replace(verdicts.STUDY, small=["150rpm-0.2mm"]).write(folder / "verdicts", 2, None, small=True)
         for name in ("trust", "truth", "tradeoff", "extremes"):
@@ -43,19 +43,19 @@ def folder(fakes, tmp_path_factory):
 
 
 def check(root, name):
-    """A page of a study, or of a part of the paper, without a gap, and the files that it shows."""
-    page, beside = root / (f"{name}.md" if "/" in name else f"{name}/README.md"), root / name
+    """Require that the page of a study, or of a part of the paper, is whole, and so are its files."""
+    page, place = root / (f"{name}.md" if "/" in name else f"{name}/README.md"), root / name
     text = page.read_text("utf-8")
     assert not re.search(r"\{\w*\}|\bnan\b", text)
-    inside = f"{beside.name}/" if "/" in name else ""
-    linked = set(re.findall(rf"\]\({inside}([\w.-]+\.(?:svg|csv|json))\)", text))
-    pictures = {file for file in linked if file.endswith(".svg")}
-    written = {path.name for path in beside.iterdir() if path.suffix != ".md" and path.is_file()}
-    assert linked <= written <= {*linked, *UNLINKED}
+    prefix = f"{place.name}/" if "/" in name else ""
+    links = set(re.findall(rf"\]\({prefix}([\w.-]+\.(?:svg|csv|json))\)", text))
+    pictures = {file for file in links if file.endswith(".svg")}
+    files = {path.name for path in place.iterdir() if path.suffix != ".md" and path.is_file()}
+    assert links <= files <= {*links, *RECORDS}
     for picture in pictures:
-        drawn = (beside / picture).read_text("utf-8")
-        assert drawn.count("<path") > 10
-        assert any(colour in drawn for colour in (svg.FIRST, svg.SERIES[0], svg.SERIES[3], svg.OUTSIDE))
+        drawing = (place / picture).read_text("utf-8")
+        assert drawing.count("<path") > 10
+        assert any(colour in drawing for colour in (svg.FIRST, svg.SERIES[0], svg.SERIES[3], svg.OUTSIDE))
 
 
 @pytest.mark.parametrize("name", [*STUDIES, *OTHERS])
@@ -80,12 +80,12 @@ def test_make_reports_writes_all_studies_their_list_and_the_table_of_the_readme(
     readme = Path("README.md").read_text("utf-8")
     assert re.search(r"\| 150 rpm, 0.2 mm clearance \| \*\*agree\*\* \| \*\*agree\*\* \|", readme)
     assert "formerly" not in readme
-    recorded = tomllib.loads(Path("reports", "verdicts", "verdicts.toml").read_text("utf-8"))
-    assert f"Made on {recorded['made']['machine']}; {recorded['made']['date']}.\n" in readme
-    assert list(recorded["scenes"]) == shipped_scenes()
+    record = tomllib.loads(Path("reports", "verdicts", "verdicts.toml").read_text("utf-8"))
+    assert f"Made on {record['made']['machine']}; {record['made']['date']}.\n" in readme
+    assert list(record["scenes"]) == shipped_scenes()
     forms = pd.read_csv(Path("reports", "paper", "forms.csv"))
-    shipped = forms.groupby("id")["median"].transform("first")  # of the same draws
-    assert forms["change"].to_numpy() == pytest.approx((forms["median"] - shipped).to_numpy(), nan_ok=True)
+    medians = forms.groupby("id")["median"].transform("first")  # of the same draws
+    assert forms["change"].to_numpy() == pytest.approx((forms["median"] - medians).to_numpy(), nan_ok=True)
 
 
 def test_make_reports_keeps_pages_of_studies_without_their_engine(tmp_path, monkeypatch, capsys):
@@ -104,9 +104,9 @@ def test_make_reports_keeps_pages_of_studies_without_their_engine(tmp_path, monk
 
 
 def test_a_study_that_is_a_part_now_says_so(capsys):
-    for name, moved in SUCCESSORS.items():
+    for name, successor in SUCCESSORS.items():
         assert main(["study", name, "--small", "--jobs", "1"]) == 2
-        assert f": sixbar study {moved}\n" in capsys.readouterr().err
+        assert f": sixbar study {successor}\n" in capsys.readouterr().err
 
 
 def test_rates_and_their_limits():

@@ -35,7 +35,7 @@ def test_costs_at_equal_error_are_those_of_the_powers_and_nothing_is_extrapolate
 
 
 def test_ratios_are_taken_at_equal_error_and_failures_are_no_points():
-    """Of an error of ten times the setting, and costs in its power -1/8."""
+    """Errors are ten times the setting, and costs go with its power -1/8."""
     costs = dict.fromkeys(SWEEPS, 1.0) | {MINIMAL_SCIPY: 5.0, MULTIPLIERS: 30.0}
     labels = ("method", "model", "scene", "setting")
     rows = [

@@ -22,29 +22,29 @@ def true_table(contacts=contacts_of(*(("ll", t, t + 0.01) for t in TOUCHES))):  
     return Table(pd.DataFrame({"time": TIME}), contacts)
 
 
-def channel(wrong, name="slider_x", judged=None, u=1e-9, until=1.0):
+def channel(faults, name="slider_x", judged=None, u=1e-9, until=1.0):
     """A channel that errs by 1.41 u, in one sample of each of some intervals by 1.42 u."""
     error = np.full(N, 1.41 * u)
-    for k in wrong:
+    for k in faults:
         error[50 * k + 25] = 1.42 * u
     judged = np.ones(N, dtype=bool) if judged is None else judged
     return Samples(name, 1e-4, error, np.full(N, u), judged, until)
 
 
-@pytest.mark.parametrize("wrong", [(), (0,), (3, 4, 19), range(20)])
-def test_a_run_that_errs_by_root_two_u_in_some_intervals_is_outside_in_exactly_these(wrong):
-    both = [channel(wrong), channel((), "slider_y", u=3e-9)]
+@pytest.mark.parametrize("faults", [(), (0,), (3, 4, 19), range(20)])
+def test_a_run_that_errs_by_root_two_u_in_some_intervals_is_outside_in_exactly_these(faults):
+    both = [channel(faults), channel((), "slider_y", u=3e-9)]
     rows, intervals = study.sample_rows(both, true_table(), PERIOD, 0.01)
     x, y, every = rows
-    assert (x["outcomes"], x["outside"], x["samples"]) == (20, len(wrong), N)
-    assert (y["outcomes"], y["outside"], every["outcomes"], every["outside"]) == (20, 0, 20, len(wrong))
-    assert x["largest"] == pytest.approx(1.42 if wrong else 1.41)
+    assert (x["outcomes"], x["outside"], x["samples"]) == (20, len(faults), N)
+    assert (y["outcomes"], y["outside"], every["outcomes"], every["outside"]) == (20, 0, 20, len(faults))
+    assert x["largest"] == pytest.approx(1.42 if faults else 1.41)
     assert (x["width"], x["width_90"]) == pytest.approx((1 / 1.41, 1 / 1.41))
-    outside = [one for one in intervals if one["largest"] > LIMIT]
-    assert [one["start"] for one in outside] == pytest.approx([k / 20 for k in wrong])
+    outliers = [one for one in intervals if one["largest"] > LIMIT]
+    assert [one["start"] for one in outliers] == pytest.approx([k / 20 for k in faults])
     assert [one["end"] for one in intervals] == pytest.approx([(k + 1) / 20 for k in range(20)])
-    assert [one["part"] for one in outside] == pytest.approx([4.23e-3] * len(wrong))  # of 1e-6
-    assert {one["name"] for one in outside} <= {"slider_x"}
+    assert [one["part"] for one in outliers] == pytest.approx([4.23e-3] * len(faults))  # of 1e-6
+    assert {one["name"] for one in outliers} <= {"slider_x"}
 
 
 def test_what_is_not_predictable_is_no_outcome():
@@ -79,34 +79,34 @@ def test_errors_beyond_what_is_judged_are_counted_and_a_run_is_lost_when_it_stay
     assert row["until"] == pytest.approx(TIME[700] - 0.01)  # the window of u(t)
 
 
-def shifted(contacts, by, impulse=1.0):
-    return contacts.assign(start=contacts["start"] + by, impulse=contacts["impulse"] * impulse)
+def shift(contacts, delay, impulse=1.0):
+    return contacts.assign(start=contacts["start"] + delay, impulse=contacts["impulse"] * impulse)
 
 
 def test_contacts_are_matched_by_corner_and_time_whatever_their_order():
     ties = [place for t in TOUCHES for place in (("ll", t, t + 0.01), ("ul", t, t + 0.02))]
-    true = contacts_of(*ties).assign(impulse=np.arange(1.0, 39.0))
+    truth = contacts_of(*ties).assign(impulse=np.arange(1.0, 39.0))
     # The run errs by 1e-6 s, its finer run by half of that: u = 3 x 5e-7 s. It lists a tie in another order.
     order = np.arange(38).reshape(-1, 2)[:, ::-1].ravel()
-    runs = Runs(*(true_table(shifted(true, by, 1 + by).iloc[order]) for by in (1e-6, 5e-7)))
+    runs = Runs(*(true_table(shift(truth, delay, 1 + delay).iloc[order]) for delay in (1e-6, 5e-7)))
     gaps = [channel((), f"corner_{place}_gap") for place in ("ll", "ul")]
-    alone, start, impulse = study.contact_rows(gaps, runs, true_table(true), PERIOD)
+    alone, start, impulse = study.contact_rows(gaps, runs, true_table(truth), PERIOD)
     assert (alone["outcomes"], alone["outside"]) == (38, 0)
     assert (start["outcomes"], start["outside"], impulse["outcomes"], impulse["outside"]) == (38, 0, 38, 0)
     assert start["largest"] == pytest.approx(1 / 1.5, rel=1e-6)
     assert impulse["largest"] == pytest.approx(1 / 1.5, rel=1e-6)
-    # One that the run lacks has no partner.
-    runs = Runs(*(true_table(shifted(true.drop(index=[6]), by)) for by in (1e-6, 5e-7)))
-    alone, start, _ = study.contact_rows(gaps, runs, true_table(true), PERIOD)
+    # A contact that the run lacks has no partner.
+    runs = Runs(*(true_table(shift(truth.drop(index=[6]), delay)) for delay in (1e-6, 5e-7)))
+    alone, start, _ = study.contact_rows(gaps, runs, true_table(truth), PERIOD)
     assert (alone["outside"], start["outcomes"]) == (1, 37)
 
 
 def rows_of(outside, outcomes):
     """Rows of three scenes with so many outcomes outside."""
-    shared = {"kind": "intervals", "name": "", "largest": 1.2, "width": 10.0, "width_90": 99.0}
-    shared |= {"model": "exudyn", "tier": "tight", "outside": outside, "outcomes": outcomes}
+    columns = {"kind": "intervals", "name": "", "largest": 1.2, "width": 10.0, "width_90": 99.0}
+    columns |= {"model": "exudyn", "tier": "tight", "outside": outside, "outcomes": outcomes}
     scenes = {"scene": [f"scene {k}" for k in range(3)], "origin": ["shipped", "random", "random"]}
-    return pd.DataFrame(shared | scenes)
+    return pd.DataFrame(columns | scenes)
 
 
 def test_the_limit_of_a_share_is_that_of_drawing_scenes():
@@ -120,14 +120,14 @@ def test_the_limit_of_a_share_is_that_of_drawing_scenes():
 def test_the_page_lists_what_is_outside_and_which_run_is_lost(tmp_path):
     rows = rows_of((1, 0, 0), (100, 100, 100))
     both = pd.concat([rows.assign(tier="standard"), rows])
-    lost = {"until": 0.25, "beyond": 7, "samples": 50, "name": "slider_x", "kind": "samples"}
+    loss = {"until": 0.25, "beyond": 7, "samples": 50, "name": "slider_x", "kind": "samples"}
     one = {"scene": "scene 0", "model": "exudyn", "tier": "tight", "name": "slider_x"}
     place = {"start": 0.125, "end": 0.25, "part": 0.031}
     intervals = pd.DataFrame(
         one | place | {"origin": origin, "largest": after, "before": before, "after": after}
         for origin, before, after in (("random", 0.1, 1.7), ("shipped", 0.1, 1.4), ("shipped", np.nan, 1.3))
     )
-    frame = pd.concat([both, rows[:1].assign(**lost), rows.assign(kind="extrema", name="slider_vx")])
+    frame = pd.concat([both, rows[:1].assign(**loss), rows.assign(kind="extrema", name="slider_vx")])
     text = study.STUDY.report(study.Results(frame, intervals, ["a: stopped"]), tmp_path).read_text("utf-8")
     for part in (
         "in 0 of 1 intervals between touches of 1 shipped scenes and 0 of 1 of 2 random ones (at most 95",
