@@ -35,15 +35,15 @@ def test_the_verdicts_and_rates_are_those_of_the_reports():
 
 
 def test_the_verdicts_on_record_are_those_of_the_reports():
-    recorded = tomllib.loads((REPORTS / "verdicts" / "verdicts.toml").read_text("utf-8"))["scenes"]
-    assert list(recorded) == shipped_scenes()
+    records = tomllib.loads((REPORTS / "verdicts" / "verdicts.toml").read_text("utf-8"))["scenes"]
+    assert list(records) == shipped_scenes()
     text = (REPORTS / "verdicts" / "README.md").read_text("utf-8")
     rows = {line.split(" | ")[0].removeprefix("| "): line for line in text.splitlines() if line[:1] == "|"}
-    for name, known in recorded.items():
+    for name, record in records.items():
         scene = load_scene(name)
-        assert known["hash"] == scene.hash
-        reported = re.findall(r"\*\*(.+?)\*\*", rows[scene.title])
-        assert reported == [known[tier] for tier in TIERS]
+        assert record["hash"] == scene.hash
+        verdicts = re.findall(r"\*\*(.+?)\*\*", rows[scene.title])
+        assert verdicts == [record[tier] for tier in TIERS]
 
 
 def test_the_list_of_the_studies_is_that_of_their_reports():
@@ -64,11 +64,11 @@ def test_it_is_short():
 
 
 def test_the_numbers_in_the_sentences_of_the_verdicts_are_those_of_the_code():
-    said = " ".join(VERDICTS.replace("$", "").split())
+    text = " ".join(VERDICTS.replace("$", "").split())
     standard, tight = thresholds("standard"), thresholds("tight")
-    assert f"u must be {standard.alpha / tight.alpha:g} times smaller" in said
-    assert {2.0: "within twice the combined u"}[standard.k] in said
-    assert {1e-9: "from a start moved by a billionth of the clearance"}[PERTURBATION] in said
+    assert f"u must be {standard.alpha / tight.alpha:g} times smaller" in text
+    assert {2.0: "within twice the combined u"}[standard.k] in text
+    assert {1e-9: "from a start moved by a billionth of the clearance"}[PERTURBATION] in text
 
 
 def test_every_file_that_the_readme_names_exists():
@@ -82,14 +82,14 @@ def test_every_file_that_the_readme_names_exists():
 def test_no_paragraph_is_longer_than_80_words_and_no_cell_than_30(page):
     for block in re.split(r"\n\s*\n", FENCE.sub("", page.read_text("utf-8"))):
         if block.lstrip().startswith("|"):
-            parts, most = re.split(r"(?<!\\)\||\n", block), 30
+            parts, limit = re.split(r"(?<!\\)\||\n", block), 30
         else:
-            parts, most = re.split(r"\n(?=[-*] |\d+\. )", block), 80
+            parts, limit = re.split(r"\n(?=[-*] |\d+\. )", block), 80
         for part in parts:
-            assert len(part.split()) <= most, part
+            assert len(part.split()) <= limit, part
 
 
-# Blocks of each page that a test of tests/ runs, or that are no code: one that is added is added here.
+# Blocks of each page: a test of tests/ runs each of them, or it is no code. A new block is counted here.
 BLOCKS = {
     "accuracy.md": 4,
     "architecture.md": 2,
@@ -107,8 +107,8 @@ BLOCKS = {
 def test_every_block_of_code_is_run_by_a_test_or_cannot_be():
     for page in PAGES:
         text = page.read_text("utf-8")
-        kinds = [kind for kind, _ in FENCE.findall(text) if kind not in ("math", "{toctree}")]
-        assert len(kinds) == BLOCKS.get(page.name, 0), (page.name, kinds)
+        languages = [name for name, _ in FENCE.findall(text) if name not in ("math", "{toctree}")]
+        assert len(languages) == BLOCKS.get(page.name, 0), (page.name, languages)
         assert not re.search(r"\n\n    \S", FENCE.sub("", text)), f"{page.name}: not in a fence"
 
 
@@ -140,8 +140,8 @@ def test_the_site_is_built_without_a_warning_and_loads_nothing_from_a_network(tm
     pytest.importorskip("furo", reason="needs the extra docs")
     options = ["-W", "--keep-going", "-q", "-c", str(ROOT / "docs"), "-d", str(tmp_path / "doctrees")]
     command = [sys.executable, "-m", "sphinx", *options, str(ROOT), str(tmp_path / "site")]
-    built = subprocess.run(command, capture_output=True, text=True)
-    assert (built.returncode, built.stderr) == (0, "")
+    process = subprocess.run(command, capture_output=True, text=True)
+    assert (process.returncode, process.stderr) == (0, "")
     pages = {path: path.read_text("utf-8") for path in tmp_path.glob("site/**/*.html")}
     assert len(pages) > 20
     loads = re.compile(

@@ -10,7 +10,7 @@ from doc_pages import ROOT, block
 
 import sixbar
 
-# What the plugin imports where it is used: pytest inside pytest forgets what it has imported itself.
+# The plugin imports these when a test uses it: pytest inside pytest forgets its own imports.
 from comparison.report import figures, page  # noqa: F401
 from comparison.scene import load_scene
 from comparison.tables.table_files import write
@@ -26,17 +26,17 @@ def test_press(assert_agree, tmp_path):
 
 
 @pytest.fixture(autouse=True)
-def _plain(monkeypatch):
-    """The plugin is named below, whether or not the package is installed with its entry point."""
+def _no_autoload(monkeypatch):
+    """The options of `run` name the plugin: the entry point of an installed package must not."""
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     for name in ("CI", "BUILD_NUMBER"):  # with them pytest says every message twice
         monkeypatch.delenv(name, raising=False)
 
 
 def run(pytester, *options, **outcomes):
-    inner = pytester.runpytest_inprocess("-p", "comparison.pytest_plugin", "-W", "error", *options)
-    inner.assert_outcomes(**outcomes)
-    return inner.stdout.str()
+    result = pytester.runpytest_inprocess("-p", "comparison.pytest_plugin", "-W", "error", *options)
+    result.assert_outcomes(**outcomes)
+    return result.stdout.str()
 
 
 def test_the_tests_of_the_recipe_pass_and_others_fail_with_the_verdict(pytester, make_table):
@@ -52,36 +52,36 @@ def test_an_expected_table_through_its_life_in_the_example_of_a_repository(pytes
     shutil.copytree(ROOT / "examples" / "ci", pytester.path, dirs_exist_ok=True)
     program = pytester.path / "simulate.py"
     (test,) = (pytester.makepyfile(EXAMPLE),)
-    expected, left = pytester.path / "tables" / "new.csv", pytester.path / "tables" / "obtained"
+    expected, folder = pytester.path / "tables" / "new.csv", pytester.path / "tables" / "obtained"
     assert "tables/new.csv was missing, and is written from " in run(pytester, failed=1)
     first = expected.read_bytes()
     assert first.startswith(b"time [s],angle [rad],speed [rad/s]")
     run(pytester, passed=1)
-    # A longer pendulum: what differs is left beside the expected table, which stays.
+    # A longer pendulum: the new table is put beside the expected one, which stays.
     program.write_text(program.read_text("utf-8").replace("STEP = 0.5,", "STEP = 0.51,"), "utf-8")
     output = run(pytester, failed=1)
     assert f"to accept it: pytest --sixbar-update {test.name}::test_press" in output
     assert "obtained: tables/obtained/new.csv" in output
-    assert sorted(path.name for path in left.iterdir()) == ["new.csv", "new.html"]
-    obtained = (left / "new.csv").read_bytes()
-    assert expected.read_bytes() == first != obtained
-    # What is no expectation is not accepted.
-    whole = program.read_text("utf-8")
-    program.write_text(whole + 'Path(sys.argv[1]).write_text("time,angle\\n0,nan\\n1,2\\n")', "utf-8")
+    assert sorted(path.name for path in folder.iterdir()) == ["new.csv", "new.html"]
+    result = (folder / "new.csv").read_bytes()
+    assert expected.read_bytes() == first != result
+    # A table with nan is not accepted.
+    source = program.read_text("utf-8")
+    program.write_text(source + 'Path(sys.argv[1]).write_text("time,angle\\n0,nan\\n1,2\\n")', "utf-8")
     output = run(pytester, "--sixbar-update", failed=1)
     assert "angle is nan in data row 1" in output
     assert expected.read_bytes() == first
-    program.write_text(whole, "utf-8")
+    program.write_text(source, "utf-8")
     run(pytester, "--sixbar-update", f"{test.name}::test_press", passed=1)
-    assert expected.read_bytes() == obtained
-    assert not left.exists()
+    assert expected.read_bytes() == result
+    assert not folder.exists()
     run(pytester, passed=1)
     assert sorted(path.name for path in expected.parent.iterdir()) == ["new.csv"]
-    # Neither is what nothing limits: the next run would fail.
+    # Nor is a table without a limit: the next run would fail.
     test.write_text(EXAMPLE.replace(", tolerance=1e-3", ""), "utf-8")
     output = run(pytester, "--sixbar-update", failed=1)
     assert "is not written: read again, it would be indeterminate" in output
-    assert expected.read_bytes() == obtained
+    assert expected.read_bytes() == result
 
 
 def test_what_is_accepted_has_all_files_of_what_was_obtained(pytester):
@@ -92,8 +92,8 @@ def test_what_is_accepted_has_all_files_of_what_was_obtained(pytester):
     for options in ((), ("--sixbar-update",)):
         run(pytester, *options, passed=1)
         for path in pytester.path.glob("run.*"):
-            accepted = pytester.path / "tables" / path.name.replace("run", "new")
-            assert accepted.is_file(), path.name
+            copy = pytester.path / "tables" / path.name.replace("run", "new")
+            assert copy.is_file(), path.name
 
 
 SHARED = """
@@ -130,5 +130,5 @@ def test_the_entry_point_names_the_plugin_and_its_import_is_cheap():
     code = (
         f"import sys, pytest; before = set(sys.modules); import {module}; print(*set(sys.modules) - before)"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
-    assert set(done.stdout.split()) <= {"comparison", module, "__future__"}
+    child = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert set(child.stdout.split()) <= {"comparison", module, "__future__"}

@@ -25,33 +25,33 @@ TIME = np.arange(401) * 2e-3
 
 
 @pytest.fixture
-def small():
+def tree_scene():
     """Two cycles with few samples, Exudyn's tree: both models have an ensemble."""
     return tight(load_scene("150rpm-0.2mm", COARSE), MODELS)
 
 
 @pytest.fixture
-def fake(small):
-    return partial(Fake, fake_model.signals, small)
+def fake(tree_scene):
+    return partial(Fake, fake_model.signals, tree_scene)
 
 
 def test_a_true_difference_is_confirmed_even_a_tiny_one(fake):
     u = 1.25 * 10 / 9 * LOCAL / 10 * np.sqrt(2.0)  # of three levels in order, of both models
     before, after = fake(narrow, bias=(0.0, 3.0 * u)).confirmed()
-    made = after.confirmation
-    assert (before.verdict, after.verdict, made.outcome) == ("differ", "differ", "confirmed")
-    assert (made.farther, made.members, made.since) == ((0, 0), (99, 30), SINCE)
+    confirmation = after.confirmation
+    assert (before.verdict, after.verdict, confirmation.outcome) == ("differ", "differ", "confirmed")
+    assert (confirmation.farther, confirmation.members, confirmation.since) == ((0, 0), (99, 30), SINCE)
     # By construction the farthest of 99 normal draws is some 3 standard deviations out, i.e. about 2 u.
-    assert made.excess > 1.0
+    assert confirmation.excess > 1.0
 
 
 def test_an_underestimated_uncertainty_is_taken_back_and_called_so(fake):
     before, after = fake(wide).confirmed(b=3e-6)
-    made = after.confirmation
-    assert (before.verdict, after.verdict, made.outcome) == ("differ", "agree", "underestimated")
-    assert (min(made.farther) > 0, made.since) == (True, SINCE)
+    confirmation = after.confirmation
+    assert (before.verdict, after.verdict, confirmation.outcome) == ("differ", "agree", "underestimated")
+    assert (min(confirmation.farther) > 0, confirmation.since) == (True, SINCE)
     # The farthest of 99 draws over four decades is close to their end, 1e-4; u is some 2e-7.
-    assert 1e-4 / 2.5e-7 / 2 < made.factor < 2 * 1e-4 / 1.5e-7
+    assert 1e-4 / 2.5e-7 / 2 < confirmation.factor < 2 * 1e-4 / 1.5e-7
     # The corrected uncertainty is in the channels, and holds only where it was wrong.
     x, old = after.channels["slider_x"], before.channels["slider_x"]
     late, early = x.time > LATE * 0.8 + 0.02, x.time < LATE * 0.8 - 0.02
@@ -61,8 +61,8 @@ def test_an_underestimated_uncertainty_is_taken_back_and_called_so(fake):
 
 def test_too_few_members_leave_the_difference_unconfirmed_and_one_large_ensemble_takes_it_back(fake):
     _, after = fake(narrow, bias=(0.0, 1e-3), succeed=18).confirmed()
-    made = after.confirmation
-    assert (after.verdict, made.outcome, made.members) == ("differ", "unconfirmed", (18, 18))
+    confirmation = after.confirmation
+    assert (after.verdict, confirmation.outcome, confirmation.members) == ("differ", "unconfirmed", (18, 18))
 
     class Failing(Fake):
         def run(self, starts, model):
@@ -70,39 +70,39 @@ def test_too_few_members_leave_the_difference_unconfirmed_and_one_large_ensemble
             # A third model may choose its times: such runs are no members.
             return tables if model == "reference" else [*tables[:5], Table(tables[5].frame.iloc[::2])]
 
-    same = fake(wide)
-    taken_back = Failing(same.signals, same.scene, wide).confirmed(b=3e-6)[1].confirmation
-    assert (taken_back.outcome, taken_back.members) == ("underestimated", (99, 5))
+    twin = fake(wide)
+    retraction = Failing(twin.signals, twin.scene, wide).confirmed(b=3e-6)[1].confirmation
+    assert (retraction.outcome, retraction.members) == ("underestimated", (99, 5))
 
 
 @pytest.mark.parametrize("response", [10.0, 1000.0])
 def test_starts_are_moved_by_what_the_error_is_worth(make_table, scene, response):
     clearance, samples = scene.data["clearance"]["slider"], make_table().time.size
 
-    def worth(error, before=samples):
-        """Of a run with an error, whose perturbed runs have moved by so many times what their starts had."""
-        apart = response * perturbation(scene) / clearance
-        base, finer, one, other = (make_table(stretch=size) for size in (0.0, error, apart, -apart))
+    def start_error(error, before=samples):
+        """The error of a start; the perturbed runs have moved by `response` times as much as their starts."""
+        distance = response * perturbation(scene) / clearance
+        base, finer, one, other = (make_table(stretch=size) for size in (0.0, error, distance, -distance))
         return starting_error(Runs(base, finer, one, other_perturbed=other), scene, before)
 
     # x moves by the clearance times the error at a sine's peak, as its perturbed runs do by their response: a
     # constant ratio. The angle times the length is twice that, and its response as well.
-    shift, until = worth(1e-5)
+    shift, until = start_error(1e-5)
     assert shift == pytest.approx(1e-5 * clearance / response, rel=1e-3)
     assert until[-1] == pytest.approx(shift, rel=1e-3)
-    assert worth(1e-12)[0] == worth(1e-5, 0)[0] == perturbation(scene)
+    assert start_error(1e-12)[0] == start_error(1e-5, 0)[0] == perturbation(scene)
 
 
-def test_starts_are_drawn_apart_in_offset_and_angle_and_always_alike(small):
-    starts, others = (moved_starts(small, model, 1e-9) for model in MODELS)
-    assert [s.hash for s in starts] == [s.hash for s in moved_starts(small, "reference", 1e-9)]
+def test_starts_are_drawn_apart_in_offset_and_angle_and_always_alike(tree_scene):
+    starts, others = (moved_starts(tree_scene, model, 1e-9) for model in MODELS)
+    assert [s.hash for s in starts] == [s.hash for s in moved_starts(tree_scene, "reference", 1e-9)]
     assert len({s.hash for s in (*starts, *others)}) == 129
     offsets, angles = (
         np.array([s.data["initial"][key] for s in starts]) for key in ("slider_offset", "slider_angle")
     )
-    length = small.data["mechanism"]["slider"]["length"]
-    for moved in (offsets - small.data["initial"]["slider_offset"], angles * length):
-        assert moved.std() == pytest.approx(1e-9, rel=0.3)
+    length = tree_scene.data["mechanism"]["slider"]["length"]
+    for displacements in (offsets - tree_scene.data["initial"]["slider_offset"], angles * length):
+        assert displacements.std() == pytest.approx(1e-9, rel=0.3)
     assert abs(np.corrcoef(offsets, angles)[0, 1]) < 0.3
 
 
@@ -133,17 +133,17 @@ def test_starts_are_moved_in_what_they_give_and_within_the_clearances():
     scene = load_scene("slider-crank", {"clearance.O.size": 1e-4, "clearance.G.size": 2e-4})
     assert moved_states(scene) == ["crank.angle", "crank.omega", "G.offset", "G.tilt", "O.x", "O.y"]
     pair = linkage_pair(scene.with_values({"clearance.O.offset": [1e-4, 0]}), ("reference", "exudyn"), list)
-    moved = pair.job(Run(pair.sides[0], -1, (0.0, 0.0, 1e-9, 1e-3, 1e-12, -1e-12))).scene.data
-    assert moved["clearance"]["O"]["offset"] == pytest.approx([1e-4, -1e-12])
-    assert math.hypot(*moved["clearance"]["O"]["offset"]) <= 1e-4
-    assert moved["clearance"]["G"]["offset"] == 1e-9
-    assert moved["clearance"]["G"]["tilt_deg"] == pytest.approx(math.degrees(1e-3))
-    own = scene.data["solver"]["reference"]["tolerance"]
-    assert moved["solver"]["reference"]["tolerance"] == pytest.approx(10 * own)
-    gated = levels(scene, "reference")  # what the gate runs
+    data = pair.job(Run(pair.sides[0], -1, (0.0, 0.0, 1e-9, 1e-3, 1e-12, -1e-12))).scene.data
+    assert data["clearance"]["O"]["offset"] == pytest.approx([1e-4, -1e-12])
+    assert math.hypot(*data["clearance"]["O"]["offset"]) <= 1e-4
+    assert data["clearance"]["G"]["offset"] == 1e-9
+    assert data["clearance"]["G"]["tilt_deg"] == pytest.approx(math.degrees(1e-3))
+    tolerance = scene.data["solver"]["reference"]["tolerance"]
+    assert data["solver"]["reference"]["tolerance"] == pytest.approx(10 * tolerance)
+    scenes = levels(scene, "reference")  # of the gate
     for name, sign in (("perturbed", 1), ("other_perturbed", -1)):
-        assert gated[name].data["clearance"]["O"]["offset"] == pytest.approx([1e-13, sign * 1e-13])
-        assert gated[name].data["clearance"]["G"]["offset"] == pytest.approx(2e-13)
+        assert scenes[name].data["clearance"]["O"]["offset"] == pytest.approx([1e-13, sign * 1e-13])
+        assert scenes[name].data["clearance"]["G"]["offset"] == pytest.approx(2e-13)
 
 
 def test_a_start_at_rest_is_moved_in_its_rates_too():

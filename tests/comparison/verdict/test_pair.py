@@ -20,8 +20,8 @@ def solver(rates, start, times, method="DOP853"):
     def run(tolerance, offsets):
         y = np.array(start, dtype=float)
         y[: offsets.size] += offsets
-        solved = solve_ivp(rates, (times[0], times[-1]), y, method, times, rtol=tolerance, atol=tolerance)
-        return pd.DataFrame({"time": times} | {f"y{n}": row for n, row in enumerate(solved.y)})
+        solution = solve_ivp(rates, (times[0], times[-1]), y, method, times, rtol=tolerance, atol=tolerance)
+        return pd.DataFrame({"time": times} | {f"y{n}": row for n, row in enumerate(solution.y)})
 
     return run
 
@@ -51,7 +51,7 @@ def test_equal_systems_agree_to_the_end_and_a_changed_parameter_is_confirmed():
 
 @pytest.mark.parametrize(("step", "factor", "levels"), [(2e-3, 2.0, 1), (1e-3, 1.7, 0)])
 def test_a_ball_that_bounces_at_the_ends_of_fixed_steps(step, factor, levels):
-    """Both err at first order alike, and by far more than by their three nested steps: no difference."""
+    """Both err alike at first order, by far more than three nested steps show: no difference."""
     result = sixbar.judge(ball("y += v h"), ball("y += v h - g h^2 / 2"), step=step, factor=factor, states=2)
     assert result.verdict == "agree"
     assert result.channels["y"].coverage > 0.3  # measured 0.34: once its runs have parted u counts ten times
@@ -87,7 +87,7 @@ def test_another_restitution_of_such_a_ball_is_a_difference():
 
 @pytest.mark.parametrize(("last", "verdict"), [(3e-10, "agree"), (0.0, "differ")])
 def test_a_difference_must_outlast_a_finer_level_at_the_same_samples(last, verdict):
-    """Three runs err alike by chance from 2 s on, and a level finer other three do from 6 s on."""
+    """Three runs err alike by chance from 2 s on, and three of a finer level from 6 s on."""
 
     def exact(tolerance, _):
         t = np.linspace(0, 10, 1001)
@@ -110,8 +110,8 @@ def test_an_order_counts_only_where_it_is_stated():
     for coarse, expected in ((4 * distance, 3 * 4 * distance / 2), (distance, 3 * distance)):
         levels = RunValues(base, base - distance, base + coarse, factor=2.0, order=nan)
         assert uncertainty(levels, 1, 0.0) == pytest.approx(expected)
-    given = ({}, {"order": 1.0})
-    u = [sixbar.judge(euler, euler, step=1e-3, **order).channels["y"].u.max() for order in given]
+    options = ({}, {"order": 1.0})
+    u = [sixbar.judge(euler, euler, step=1e-3, **order).channels["y"].u.max() for order in options]
     assert u[0] == pytest.approx(u[1] * 3 / (1.25 * 1.7 / 0.7), rel=1e-2)
     assert sixbar.judge(euler, euler, step=1e-3, window=0.5).window == 0.5
 
@@ -134,9 +134,9 @@ def test_a_setting_or_a_start_without_effect_is_said():
     def unmoved(tolerance, offsets):
         return decay(tolerance, 0 * offsets)
 
-    for side, said in ((decay, False), (unmoved, True)):
+    for side, has_warning in ((decay, False), (unmoved, True)):
         warnings = sixbar.judge(side, decay, tolerance=1e-8, states=1).warnings
-        assert any("a moved start changes nothing" in warning for warning in warnings) == said
+        assert any("a moved start changes nothing" in warning for warning in warnings) == has_warning
 
 
 @pytest.mark.parametrize(
@@ -163,8 +163,8 @@ def test_demands_are_met_by_what_is_agreed_until():
 
     def parting(tolerance, _):
         t = np.linspace(0, 10, 1001)
-        lost = 0.2 * (t > 6.0) * (tolerance < 1e-8)
-        return pd.DataFrame({"time": t, "y": np.sin(9 * t) + tolerance * np.cos(5 * t) + lost})
+        jump = 0.2 * (t > 6.0) * (tolerance < 1e-8)
+        return pd.DataFrame({"time": t, "y": np.sin(9 * t) + tolerance * np.cos(5 * t) + jump})
 
     demands = {"until": (6.0, 0, "agree"), "coverage": (0.9, 3, "indeterminate")}
     for name, (value, code, verdict) in demands.items():
@@ -192,23 +192,23 @@ def test_what_cannot_be_judged_is_refused_in_one_line(options, message):
     assert message in str(refusal.value)
 
 
-def printed(digits, rate=1.0):
+def printer(digits, rate=1.0):
     """Return a side whose table has so many digits, as a program that prints them."""
 
     def run(tolerance, offsets):
         table = oscillator(rate, "LSODA")(tolerance, offsets)
-        rounded = {name: [float(f"{x:.{digits}g}") for x in table[name]] for name in table if name != "time"}
-        return table.assign(**rounded)
+        columns = {name: [float(f"{x:.{digits}g}") for x in table[name]] for name in table if name != "time"}
+        return table.assign(**columns)
 
     return run
 
 
 @pytest.mark.parametrize("digits", [6, 9])
 def test_the_digits_of_a_table_are_part_of_its_uncertainty(digits):
-    result = sixbar.judge(oscillator(), printed(digits), tolerance=1e-10, states=2)
+    result = sixbar.judge(oscillator(), printer(digits), tolerance=1e-10, states=2)
     assert (result.verdict, result.until) == ("agree", 20.0)
-    wrong = sixbar.judge(oscillator(), printed(digits, 1.0 + 10.0 ** (2 - digits)), tolerance=1e-10, states=2)
-    assert wrong.verdict == "differ"
+    fault = sixbar.judge(oscillator(), printer(digits, 1.0 + 10.0 ** (2 - digits)), tolerance=1e-10, states=2)
+    assert fault.verdict == "differ"
 
 
 @pytest.mark.parametrize(

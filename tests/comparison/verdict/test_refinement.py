@@ -27,8 +27,8 @@ class Levels:
 
     def __init__(self, fake, error, tree=0.0):
         self.fake, self.error, self.tree = fake, error, tree
-        self.asked = []  # step of five bodies and the reference's tolerance
-        self.trees = 0  # how often the third opinion was asked
+        self.settings = []  # step of five bodies and the reference's tolerance
+        self.trees = 0  # number of runs for the third opinion
 
     def families(self, scene):
         solver = scene.data["solver"]
@@ -36,13 +36,13 @@ class Levels:
             self.trees += 1
             return self.fake.family(0), self.fake.family(1, self.tree)
         step = solver["exudyn"]["step"]
-        self.asked.append((step, solver["reference"]["tolerance"]))
+        self.settings.append((step, solver["reference"]["tolerance"]))
         return self.fake.family(0), self.fake.family(1, self.error(step))
 
     def run(self, starts, model):
         return replace(self.fake, bias=(0.0, self.tree)).run(starts, model)
 
-    def settled(self, families=None):
+    def settle(self, families=None):
         scene, families = self.fake.scene, families or self.families
         runs = families(scene)
         before = compare(*runs, scene=scene, labels=MODELS)
@@ -54,36 +54,36 @@ def levels(error, tree=0.0, step=STEP):
     return Levels(Fake(signals, scene, narrow), error, tree)
 
 
-MEASURED = {1: 1.3e-5, 2: 7.5e-6, 4: 7.7e-6, 8: 1.2e-7, 16: 3.0e-8}
+ERRORS = {1: 1.3e-5, 2: 7.5e-6, 4: 7.7e-6, 8: 1.2e-7, 16: 3.0e-8}
 """Ten times the errors at 0.4 mm of clearance, where two steps show one wrong sequence of contacts."""
-WANDERING = {1: FAULT, 2: -FAULT, 4: 2 * FAULT, 8: -2 * FAULT, 16: FAULT}
+OSCILLATION = {1: FAULT, 2: -FAULT, 4: 2 * FAULT, 8: -2 * FAULT, 16: FAULT}
 
 
 @pytest.mark.parametrize(
-    ("errors", "tree", "verdict", "refined", "trees"),
+    ("errors", "tree", "verdict", "count", "trees"),
     [
-        (dict.fromkeys(MEASURED, FAULT), FAULT, "differ", ENOUGH_LEVELS, 1),  # outlasts two refinements
+        (dict.fromkeys(ERRORS, FAULT), FAULT, "differ", ENOUGH_LEVELS, 1),  # outlasts two refinements
         # Two steps that err alike prove nothing
-        (MEASURED, 0.0, "agree", 3, 0),
+        (ERRORS, 0.0, "agree", 3, 0),
         # Runs that converge to nothing are indeterminate, unless the tree, which does converge, is apart too
-        (WANDERING, 0.0, "indeterminate", MOST_LEVELS, 1),
-        (WANDERING, FAULT, "differ", MOST_LEVELS, 1),
+        (OSCILLATION, 0.0, "indeterminate", MOST_LEVELS, 1),
+        (OSCILLATION, FAULT, "differ", MOST_LEVELS, 1),
         # Against the tree five bodies must stay apart at all levels; where they do not, the tree was right
-        (dict.fromkeys(MEASURED, FAULT), 0.0, "differ", MOST_LEVELS, 1),
-        (dict.fromkeys(MEASURED, FAULT) | {16: 0.0}, 0.0, "agree", MOST_LEVELS, 1),
+        (dict.fromkeys(ERRORS, FAULT), 0.0, "differ", MOST_LEVELS, 1),
+        (dict.fromkeys(ERRORS, FAULT) | {16: 0.0}, 0.0, "agree", MOST_LEVELS, 1),
     ],
 )
-def test_a_verdict_is_refined_until_it_stands(errors, tree, verdict, refined, trees):
+def test_a_verdict_is_refined_until_it_stands(errors, tree, verdict, count, trees):
     model = levels(lambda step: errors[round(STEP / step)], tree)
-    computed = model.settled()
-    result = computed.comparison
-    assert (result.verdict, result.refined, model.trees) == (verdict, refined, trees)
-    steps, tolerances = zip(*model.asked, strict=True)
-    assert steps == pytest.approx([STEP / 2**n for n in range(refined + 1)])
+    outcome = model.settle()
+    result = outcome.comparison
+    assert (result.verdict, result.refined, model.trees) == (verdict, count, trees)
+    steps, tolerances = zip(*model.settings, strict=True)
+    assert steps == pytest.approx([STEP / 2**n for n in range(count + 1)])
     # The reference is refined to its strict tolerance.
-    assert tolerances == pytest.approx([1e-10, 1e-11, 1e-12, 1e-12, 1e-12][: refined + 1], rel=1e-9)
-    np.testing.assert_array_equal(result.channels["slider_x"].b, computed.runs[1].base.values("slider_x"))
-    assert f"halved {('', 'once', 'twice', 'three times', 'four times')[refined]}, to" in finer_runs(result)
+    assert tolerances == pytest.approx([1e-10, 1e-11, 1e-12, 1e-12, 1e-12][: count + 1], rel=1e-9)
+    np.testing.assert_array_equal(result.channels["slider_x"].b, outcome.runs[1].base.values("slider_x"))
+    assert f"halved {('', 'once', 'twice', 'three times', 'four times')[count]}, to" in finer_runs(result)
     assert ("have not converged" in scene_reason(result)) == (verdict == "indeterminate")
     if verdict == "differ":
         assert (result.confirmation.outcome, result.confirmation.members) == ("confirmed", (99, 0))
@@ -97,14 +97,14 @@ def test_what_is_indeterminate_is_refined_as_far_as_that_can_help():
         first, second = model.families(scene)
         return first, replace(second, finer=model.fake.table(0.0, 1.0))
 
-    result = model.settled(families).comparison
+    result = model.settle(families).comparison
     assert (result.verdict, result.refined) == ("indeterminate", ENOUGH_LEVELS)
 
 
 @pytest.mark.parametrize("step", [8e-7, 1e-7])
 def test_a_small_step_is_not_refined_to_the_end(step):
     model = levels(lambda finer: FAULT * (-1.0) ** round(np.log2(step / finer)), step=step)
-    result = model.settled().comparison
+    result = model.settle().comparison
     assert (result.verdict, result.refined) == ("indeterminate", ENOUGH_LEVELS)
 
 
@@ -112,15 +112,15 @@ def test_a_small_step_is_not_refined_to_the_end(step):
     ("tree", "verdict"), [(FAULT, "differ"), (0.0, "indeterminate"), (None, "indeterminate")]
 )
 def test_where_a_finer_run_fails_the_tree_decides(tree, verdict):
-    """As an ensemble does not show an error of the step; None: the tree fails as well."""
+    """An ensemble does not show an error of the step; None: the tree fails as well."""
     model = levels(lambda _: FAULT, tree or 0.0)
 
     def families(scene):
         is_tree = scene.data["solver"]["exudyn"]["formulation"] == "tree"
-        failed = tree is None if is_tree else bool(model.asked)
+        failed = tree is None if is_tree else bool(model.settings)
         return None if failed else model.families(scene)
 
-    result = model.settled(families).comparison
+    result = model.settle(families).comparison
     assert (result.verdict, result.refined) == (verdict, 0)
     assert (result.confirmation is not None) == (verdict == "differ")
     assert ("a finer run failed" in scene_reason(result)) == (verdict == "indeterminate")
@@ -143,19 +143,19 @@ def test_against_a_model_without_settings_five_bodies_alone_are_refined(fault, v
     result = settle(before, runs, **options).comparison
     assert result.verdict == verdict
     assert result.confirmation is None or result.confirmation.doubt is Doubt.TOLERANCE
-    assert [step for step, _ in model.asked] == [STEP, STEP / 2, STEP / 4, STEP / 8][: 4 if fault else 2]
+    assert [step for step, _ in model.settings] == [STEP, STEP / 2, STEP / 4, STEP / 8][: 4 if fault else 2]
 
 
 def test_a_difference_by_a_time_shift_alone_outlasts_refinement():
     model, models, time = levels(lambda _: 0.0), ("mine", "exudyn"), np.arange(201) * 4e-3
     scene = model.fake.scene.with_values({"compare.tolerance": 0.01})
 
-    def late(shift, amplitude=1e-3, w=2 * np.pi / 0.4):
+    def wave(shift, amplitude=1e-3, w=2 * np.pi / 0.4):
         phase = w * (time - shift)
         columns = {"slider_y": amplitude * np.cos(phase), "slider_vy": -amplitude * w * np.sin(phase)}
         return Runs(Table(pd.DataFrame({"time": time} | columns)))
 
-    runs, criteria = (late(0.0), late(2e-5)), Criteria(tolerance=0.01, channels=["slider_y"])
+    runs, criteria = (wave(0.0), wave(2e-5)), Criteria(tolerance=0.01, channels=["slider_y"])
     before = compare(*runs, scene=scene, labels=models, criteria=criteria)
     assert (before.verdict, before.channels["slider_y"].verdict) == ("differ", "agree")
     options = {"scene": scene, "models": models, "run": model.run, "run_families": lambda _: runs}
@@ -164,32 +164,32 @@ def test_a_difference_by_a_time_shift_alone_outlasts_refinement():
 
 
 def test_a_violation_at_the_scenes_own_step_is_remedied_by_half_of_it():
-    model, failed = levels(lambda _: 0.0), ("exudyn", Outcome(VIOLATED, "lower the step"))
-    scene, _, (warning,) = without_violation(model.fake.scene, [failed], MODELS, model.families)
-    assert (scene.data["solver"]["exudyn"]["step"], model.asked[0][0]) == (STEP / 2, STEP / 2)
+    model, failure = levels(lambda _: 0.0), ("exudyn", Outcome(VIOLATED, "lower the step"))
+    scene, _, (warning,) = without_violation(model.fake.scene, [failure], MODELS, model.families)
+    assert (scene.data["solver"]["exudyn"]["step"], model.settings[0][0]) == (STEP / 2, STEP / 2)
     assert warning.endswith("at which five bodies fail: lower the step")
-    for other in (("reference", failed[1]), ("exudyn", Outcome("crashed"))):
-        assert without_violation(model.fake.scene, [failed, other], MODELS, model.families) is None
+    for other in (("reference", failure[1]), ("exudyn", Outcome("crashed"))):
+        assert without_violation(model.fake.scene, [failure, other], MODELS, model.families) is None
 
 
 @pytest.mark.parametrize(
-    ("error", "verdict", "levels_asked"),
+    ("error", "verdict", "count"),
     [
         (lambda _: FAULT, "differ", 3),
         (lambda tolerance: FAULT * (tolerance > 2e-12), "agree", 3),
         (lambda tolerance: FAULT * (tolerance > 2e-11), "agree", 2),
     ],
 )
-def test_a_difference_of_two_models_with_tolerances_must_be_there_at_finer_ones(error, verdict, levels_asked):
+def test_a_difference_of_two_models_with_tolerances_must_be_there_at_finer_ones(error, verdict, count):
     tree = {"solver.exudyn.formulation": "tree", "solver.exudyn.tolerance": 1e-10}
-    model, asked = Levels(Fake(signals, load_scene("150rpm-0.2mm", COARSE | tree), narrow), None), []
+    model, tolerances = Levels(Fake(signals, load_scene("150rpm-0.2mm", COARSE | tree), narrow), None), []
 
     def families(scene):
-        asked.append(scene.data["solver"]["exudyn"]["tolerance"])
-        return model.fake.family(0), model.fake.family(1, error(asked[-1]))
+        tolerances.append(scene.data["solver"]["exudyn"]["tolerance"])
+        return model.fake.family(0), model.fake.family(1, error(tolerances[-1]))
 
     model.tree = FAULT if verdict == "differ" else 0.0
-    result = model.settled(families).comparison
-    assert (result.verdict, result.refined, result.halved) == (verdict, levels_asked - 1, False)
-    assert asked == pytest.approx([1e-10, 1e-11, 1e-12][:levels_asked])
+    result = model.settle(families).comparison
+    assert (result.verdict, result.refined, result.halved) == (verdict, count - 1, False)
+    assert tolerances == pytest.approx([1e-10, 1e-11, 1e-12][:count])
     assert "judged at settings refined" in finer_runs(result)

@@ -1,4 +1,4 @@
-"""Until when two programs are predictable and since when they differ: a longer run keeps what was said."""
+"""The end of the predictable part of two programs, the start of their difference: a longer run keeps both."""
 
 import numpy as np
 import pandas as pd
@@ -20,19 +20,19 @@ def decay(t, y):
 
 
 def runs(f, start, end, method, tolerance, *, step=0.01):
-    """Run, finer and coarser one and two from moved starts, of an integrator of scipy."""
+    """A run, a finer one, a coarser one and two from moved starts, by an integrator of scipy."""
     time = np.arange(round(end / step) + 1) * step
 
-    def run(tolerance, moved=0.0):
-        y = np.array(start, float) + moved
+    def run(tolerance, offset=0.0):
+        y = np.array(start, float) + offset
         states = solve_ivp(f, (0.0, time[-1]), y, method, time, rtol=tolerance, atol=tolerance).y
         return pd.DataFrame({"time": time} | {f"y{n}": row for n, row in enumerate(states)})
 
-    kinds = {"base": run(tolerance), "finer": run(tolerance / 10), "coarser": run(10 * tolerance)}
-    return [*kinds.items(), *(("perturbed", run(10 * tolerance, size)) for size in (1e-8, -1e-8))]
+    frames = {"base": run(tolerance), "finer": run(tolerance / 10), "coarser": run(10 * tolerance)}
+    return [*frames.items(), *(("perturbed", run(10 * tolerance, size)) for size in (1e-8, -1e-8))]
 
 
-def judged(a, b, rows=None, **criteria):
+def judge(a, b, rows=None, **criteria):
     sides = [[(kind, as_source(frame.iloc[:rows], kind)) for kind, frame in side] for side in (a, b)]
     refinements = ((10.0, 1.0), (10.0, 1.0))
     return compare_files(*sides, labels=("a", "b"), refinements=refinements, criteria=Criteria(**criteria))
@@ -47,18 +47,18 @@ PAIRS = {
 
 @pytest.mark.parametrize("kind", PAIRS)
 def test_a_run_of_once_and_four_times_the_length_says_the_same(kind):
-    f, g, start, wrong = PAIRS[kind]
+    f, g, start, error = PAIRS[kind]
     a = runs(f, start, 72.0, "DOP853", 1e-6)
-    b = runs(g, np.add(start, wrong), 72.0, "LSODA", 1e-6)
-    short, whole = (judged(a, b, rows) for rows in (1801, None))
+    b = runs(g, np.add(start, error), 72.0, "LSODA", 1e-6)
+    short, whole = (judge(a, b, rows) for rows in (1801, None))
     verdict = "agree" if kind == "chaotic" else "differ"
     assert (short.verdict, whole.verdict, short.window) == (verdict, verdict, whole.window)
-    assert wrong or whole.until < 17.0
+    assert error or whole.until < 17.0
     for name, channel in short.channels.items():
         later = whole.channels[name]
         assert channel.differs_from == pytest.approx(later.differs_from, abs=0.0, nan_ok=True)
         assert channel.until == min(later.until, short.time[-1])
-        assert channel.isolated == later.isolated or wrong
+        assert channel.isolated == later.isolated or error
 
 
 @pytest.mark.parametrize(
@@ -81,5 +81,5 @@ def test_a_stretch_longer_than_the_window_ends_it_and_shorter_ones_are_counted(g
 
 def test_a_run_shorter_than_its_window_is_judged_as_a_whole():
     a, b = (runs(decay, [start], 3, "DOP853", 1e-8) for start in (0.0, 0.1))
-    result = judged(a, b, period=400.0)
+    result = judge(a, b, period=400.0)
     assert (result.window, result.until, result.verdict) == (4.0, 3.0, "differ")
