@@ -11,7 +11,7 @@ PACKAGE = Path(__file__).parents[1]
 
 
 @pytest.fixture
-def installed(tmp_path, monkeypatch):
+def entry_point(tmp_path, monkeypatch):
     """Register the entry point of the package's ``pyproject.toml``."""
     project = tomllib.loads((PACKAGE / "pyproject.toml").read_text("utf-8"))["project"]
     info = tmp_path / "site" / "sixbar_pinocchio.dist-info"

@@ -13,7 +13,7 @@ from comparison.cli import main
 from comparison.models import load
 from comparison.scene import load_scene
 
-pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("installed")]
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("entry_point")]
 SCENES = Path(__file__).parents[1] / "scenes"
 
 
@@ -40,7 +40,7 @@ def test_what_is_outside_the_model_is_one_line(scene, changes, rule):
 @pytest.mark.parametrize("scene", ["ideal", "150rpm-0.2mm"])
 @pytest.mark.parametrize("law", ["strip", ""])
 def test_a_law_that_it_does_not_know_is_refused(scene, law):
-    """Whatever the schema says: a law is never taken for another one."""
+    """A law is never taken for another one, whatever the schema says."""
     data = load_scene(scene).data
     data["contact"]["law"] = law
     with pytest.raises(

@@ -77,7 +77,7 @@ def test_a_dip_between_two_checks_is_found():
     assert [piece.end for piece in pieces[:-1]] == [piece.start for piece in pieces[1:]]
 
 
-def of_the_reference(name, changes):
+def reference_run(name, changes):
     result = reference_model.simulate(load_scene(name, changes | {"solver.reference.tolerance": 1e-12}).data)
     assert result.status == "success", result.remedy
     return result
@@ -86,7 +86,7 @@ def of_the_reference(name, changes):
 def test_ideal_press_is_that_of_the_reference(run):
     changes = ALL | {"drive.cycles": 1.0}
     scene, result = run("ideal", changes)
-    reference = of_the_reference("ideal", changes).columns
+    reference = reference_run("ideal", changes).columns
     assert set(result.columns) == {"time", *expected(scene)} == set(reference)
     # Measured: 4e-16 m, 4e-15 m/s, 7e-14 N, 7e-15 N m, 5e-15 J: all of it round-off.
     bounds = {"m": 1e-12, "rad": 1e-12, "m/s": 1e-12, "rad/s": 1e-12, "m/s^2": 1e-11, "rad/s^2": 1e-11}
@@ -107,9 +107,9 @@ def test_ideal_press_is_that_of_the_reference(run):
     ],
 )
 def test_contacts_are_those_of_the_reference(run, name, changes, instants):
-    """Over the whole run, chatter included: 104 contacts magnify what the two codes round differently."""
+    """Over the whole run, chatter included: 104 contacts magnify the different round-off of both codes."""
     _, result = run(name, ALL | changes, 1e-12)
-    other = of_the_reference(name, ALL | changes)
+    other = reference_run(name, ALL | changes)
     difference = {key: np.abs(result.columns[key] - other.columns[key]) for key in result.columns}
     # Measured 1.8e-11 and 4.9e-12 m over the cycle, of the others 1.1e-10 and 1.4e-10 m.
     assert difference["slider_x"].max() < 1e-9

@@ -22,7 +22,7 @@ from comparison.tables.channels import expected
 
 ENERGY = {"output.groups": ["accelerations", "corners", "energy"]}
 MOTION = ("slider_x", "slider_y", "slider_angle", "slider_vx")
-# Which switches each run passes: tests that run all of them in double precision.
+# Runs by the switch that each of them passes: tests that run all of them in double precision.
 RUNS = {
     "tie": ("150rpm-0.2mm", {"drive.cycles": 0.1}),
     "inside at the start": ("wedge", {}),
@@ -125,7 +125,7 @@ def test_bounce_is_exact(bits):
     assert float(first["impulse"]) == pytest.approx(
         2 * integral(lambda a: K * max(inside(a), 0.0) ** 1.5), rel=1e-9
     )
-    # Without loss every bounce is like the first: what is lost is an error of the arithmetic's size.
+    # Without loss every bounce is like the first: the loss is an error of the arithmetic's size.
     assert abs(float(abs(motion.state["omega5"]) - 1)) < (1e-9 if bits == 53 else 1e-22)
 
 
