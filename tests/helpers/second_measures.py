@@ -37,8 +37,8 @@ def shift_between(time, a, b, rates, reach):
     curves = {name: CubicHermiteSpline(time, a[name], a[rates[name]]) for name in rates}
 
     def cost(s):
-        apart = (b[name][inner] - curve(time[inner] - s) for name, curve in curves.items())
-        return sum(math.log(np.var(each) + 1e-300) for each in apart)
+        residuals = (b[name][inner] - curve(time[inner] - s) for name, curve in curves.items())
+        return sum(math.log(np.var(each) + 1e-300) for each in residuals)
 
     grid = np.linspace(-reach, reach, 401)
     best, step = min(grid, key=cost), grid[1] - grid[0]
@@ -51,11 +51,11 @@ def between_events(time, values, at, edges):
     edges = np.unique([e for e in edges if time[0] < e <= time[-1]])
     pieces, values_at = np.searchsorted(edges, time, side="right"), np.full(len(at), np.nan)
     for k, t in enumerate(at):
-        own = np.flatnonzero(pieces == np.searchsorted(edges, t, side="right"))
+        rows = np.flatnonzero(pieces == np.searchsorted(edges, t, side="right"))
         if t in time:
             values_at[k] = values[time == t][0]
-        elif own.size >= 2:
-            after = np.clip(np.sum(time[own] <= t), 1, own.size - 1)
-            i, j = own[after - 1], own[after]
+        elif rows.size >= 2:
+            after = np.clip(np.sum(time[rows] <= t), 1, rows.size - 1)
+            i, j = rows[after - 1], rows[after]
             values_at[k] = values[i] + (values[j] - values[i]) * (t - time[i]) / (time[j] - time[i])
     return values_at

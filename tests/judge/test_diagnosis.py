@@ -83,14 +83,14 @@ TABLES = {  # a column as it is written, and what is said
 
 @pytest.mark.parametrize("fault", TABLES)
 def test_the_fault_of_a_table_is_said_first(run, first_lines, fault):
-    column, change, said = TABLES[fault]
+    column, change, sentence = TABLES[fault]
     write(run, "a.csv")
     frame = run.frame.assign(**{column: change(run.frame[column])})
     write(replace(run, frame=frame, events=None, pulses=None), "b.csv")
     # A quarter of a step late, the last rows are too far apart to be compared without it.
     common = ["--common-time"] if fault == "shift" else []
     for line in first_lines("compare", "a.csv", "b.csv", "--tolerance", "1e-4", *common):
-        assert said in line
+        assert sentence in line
 
 
 def test_whole_turns_are_the_cause_of_an_angle_that_one_side_wraps():
@@ -144,14 +144,14 @@ tolerance = 1e-4
 @pytest.mark.usefixtures("engines")
 @pytest.mark.parametrize("fault", MODELS)
 def test_the_fault_of_a_model_is_said_first(first_lines, tmp_path, fault):
-    said = MODELS[fault][-1]
+    sentence = MODELS[fault][-1]
     (tmp_path / "press.toml").write_text(PRESS)
     command = ("validate", "press.toml", "--models", f"reference,{fault}", "--quick", "--jobs", "1")
     junit, summary = tmp_path / "o" / "junit.xml", tmp_path / "o" / "summary.json"
     for line in (*first_lines(*command), junit.read_text("utf-8")):
-        assert re.search(said, line), line
+        assert re.search(sentence, line), line
     (cause,) = json.loads(summary.read_text("utf-8"))["scenes"][0]["causes"]
-    assert re.search(said, cause["sentence"])
+    assert re.search(sentence, cause["sentence"])
 
 
 def test_of_two_scenes_the_keys_that_differ_are_said_first_and_nothing_of_the_press_is_lost(
@@ -175,23 +175,23 @@ def test_of_two_scenes_the_keys_that_differ_are_said_first_and_nothing_of_the_pr
 def test_what_no_cause_explains_is_left_unexplained(run):
     """Chaos: a difference of the start that contacts amplify. Noise: of a thousandth of each scale."""
     scene = sixbar.load_scene("150rpm-0.2mm")
-    apart = {"initial.slider_offset": scene.data["initial"]["slider_offset"] + 1e-8}
+    shift = {"initial.slider_offset": scene.data["initial"]["slider_offset"] + 1e-8}
     long, other = (
         sixbar.simulate(sixbar.load_scene("150rpm-0.2mm", changes), model="reference")
-        for changes in ({}, apart)
+        for changes in ({}, shift)
     )
     other = replace(other, provenance={})  # in which the key stands
     rng = np.random.default_rng(1)
     spread = run.frame.std() * 1e-3 * rng.uniform(0.2, 5.0, run.frame.shape[1])
-    noisy = run.frame + rng.normal(size=run.frame.shape) * spread.to_numpy()
-    noise = replace(run, frame=noisy.assign(time=run.frame["time"]))
-    again = sixbar.simulate(
+    values = run.frame + rng.normal(size=run.frame.shape) * spread.to_numpy()
+    noise = replace(run, frame=values.assign(time=run.frame["time"]))
+    repetition = sixbar.simulate(
         sixbar.load_scene("150rpm-0.2mm", SHORT | {"solver.reference.tolerance": 1e-9}), model="reference"
     )
     for pair, tolerance, verdict in (
         ((long, other), 1e-3, "differ"),
         ((run, noise), 1e-4, "differ"),
-        ((run, again), 1e-3, "agree"),
+        ((run, repetition), 1e-3, "agree"),
     ):
         comparison = compare(*pair, tolerance=tolerance)
         assert (comparison.verdict, comparison.causes) == (verdict, ())
@@ -206,18 +206,18 @@ def test_a_random_linear_change_is_named_and_measured_within_its_uncertainty():
         signal = rng.uniform(0.0, 3.0) + (rng.normal(size=(3, 1)) * np.sin(tones)).sum(axis=0)
         size = float(rng.choice([-1, 1]) * 10.0 ** rng.uniform(-2, 1))
         scaled = bool(rng.integers(2))
-        changed = signal * (1 + size) if scaled else signal + size
-        noise = 0.02 * np.sqrt(np.mean((changed - signal) ** 2))
-        changed += noise * rng.normal(size=time.size)
-        found = fit(signal, changed, scaled=scaled, moved=not scaled)
-        right, value, error = size, found.offset, found.offset_error
+        variant = signal * (1 + size) if scaled else signal + size
+        noise = 0.02 * np.sqrt(np.mean((variant - signal) ** 2))
+        variant += noise * rng.normal(size=time.size)
+        estimate = fit(signal, variant, scaled=scaled, moved=not scaled)
+        truth, value, error = size, estimate.offset, estimate.offset_error
         if scaled:
-            right, value, error = 1 + size, found.ratio, found.ratio_error
-        shares.append(abs(value - right) / error)
+            truth, value, error = 1 + size, estimate.ratio, estimate.ratio_error
+        shares.append(abs(value - truth) / error)
         if n % 40 == 0:
-            pair = (Table(pd.DataFrame({"time": time, "slider_vx": each})) for each in (signal, changed))
+            pair = (Table(pd.DataFrame({"time": time, "slider_vx": each})) for each in (signal, variant))
             (cause,) = compare(*pair, tolerance=1e-3).causes
-            named = cause.kind, cause.channels, cause.value, cause.uncertainty
-            assert named == ("ratio" if scaled else "offset", ("slider_vx",), value, error)
+            result = cause.kind, cause.channels, cause.value, cause.uncertainty
+            assert result == ("ratio" if scaled else "offset", ("slider_vx",), value, error)
     assert np.mean(np.array(shares) <= 1.0) >= 0.9
     assert np.mean(np.array(shares) <= 2.0) >= 0.99

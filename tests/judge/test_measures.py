@@ -46,8 +46,8 @@ def test_interpolation_between_events(seed):
     for name in ("slider_vx", "corner_ll_gap"):  # continuous
         expected = second_measures.between_events(time, columns[name], at, [])
         np.testing.assert_allclose(result[name], expected, atol=1e-13)
-    own = events[events["corner"] == "ll"]
-    for name, of in (("slider_ax", events), ("corner_ll_normal", own)):
+    rows = events[events["corner"] == "ll"]
+    for name, of in (("slider_ax", events), ("corner_ll_normal", rows)):
         expected = second_measures.between_events(time, columns[name], at, [*of["start"], *of["end"]])
         known = ~unknown.get(name, np.zeros(at.size, bool))
         np.testing.assert_array_equal(known, np.isfinite(expected))
@@ -62,16 +62,16 @@ def test_the_shift_of_random_signals():
     shares = []
     for seed in range(60):
         rng = np.random.default_rng(seed)
-        time, late = np.arange(900) * 1e-3, rng.uniform(-0.03, 0.03)
+        time, delay = np.arange(900) * 1e-3, rng.uniform(-0.03, 0.03)
         waves = [rng.uniform((0.1, 5, 0), (1, 30, 6), (4, 3)) for _ in RATES]
         sides = [{}, {}]
-        for side, t, noise in zip(sides, (time, time - late), (0.0, 10 ** rng.uniform(-9, -3)), strict=True):
+        for side, t, noise in zip(sides, (time, time - delay), (0.0, 10 ** rng.uniform(-9, -3)), strict=True):
             for (position, rate), parts in zip(RATES.items(), waves, strict=True):
                 wave = sum(s * np.sin(w * t + p) for s, w, p in parts)
                 side[position] = wave + noise * rng.normal(size=t.size) + rng.normal()  # whatever its zero
                 side[rate] = sum(s * w * np.cos(w * t + p) for s, w, p in parts)
         result = estimate(time, *sides, channels())
-        shares.append(abs(result.value - late) / result.uncertainty)
+        shares.append(abs(result.value - delay) / result.uncertainty)
         if seed < 10:
             other = second_measures.shift_between(time, *sides, RATES, 0.04)
             # A minimum is found to the root of the rounding of what is least: 1e-8 of the step searched.
