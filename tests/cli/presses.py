@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 from fake_model import signals
 
-STOPPED = {
+FAILURES = {
     "fail": ("newton-failed", "try a smaller step"),
     "violate": ("invariant-violated", "open-depth: corner ul is 2e-07 m inside its wall"),
 }
@@ -52,7 +52,7 @@ def model(name):
             raise RuntimeError("index out of\nrange")
         while does == "hang":
             time.sleep(0.05)
-        status, remedy = STOPPED.get(does, ("success", ""))
+        status, remedy = FAILURES.get(does, ("success", ""))
         columns = motion(scene, 10 * settings.get("tolerance", 1e-9), does)
         scene["drive"]["speed_rpm"] = 1.0  # of its own copy
         end = float(columns["time"][-1])

@@ -59,26 +59,26 @@ def test_tables_of_one_span_are_compared_up_to_their_last_rows(case):
             assert compare(frame(a), frame(b, row), **options).verdict == "differ"
 
 
-def refused(sixbar, first, second, options, *pieces):
+def refusals(sixbar, first, second, options, *pieces):
     """Require two texts of tables to be refused in either order, and return what is said."""
     sixbar.write("a.csv", first)
     sixbar.write("b.csv", second)
     pairs = ("a.csv b.csv", "b.csv a.csv")
-    return [sixbar.refused(f"compare {pair} {options}", *pieces) for pair in pairs]
+    return [sixbar.refusal(f"compare {pair} {options}", *pieces) for pair in pairs]
 
 
 @pytest.mark.parametrize("case", OTHER_SPANS)
 def test_a_row_that_one_table_has_alone_at_an_end_is_refused(case, sixbar):
     first, second = map(text, OTHER_SPANS[case])
-    for err in refused(sixbar, first, second, "--tolerance 0.5", "truncated", "--common-time"):
+    for err in refusals(sixbar, first, second, "--tolerance 0.5", "truncated", "--common-time"):
         spans = [err.partition(f"{name} spans ")[2] or err.partition(f"{name} ")[2] for name in "ab"]
         assert len({span.partition(" s")[0] for span in spans}) == 2  # they can be told apart
 
 
 def test_an_end_row_behind_a_hole_does_not_hide_it(sixbar):
     hole = text(np.append(spans(1000, 3.0), 4.0))
-    said = "a has no row between 3 and 4 s: 999 rows are missing"
-    refused(sixbar, hole, text(spans(1)), "--tolerance 1", said)
+    message = "a has no row between 3 and 4 s: 999 rows are missing"
+    refusals(sixbar, hole, text(spans(1)), "--tolerance 1", message)
 
 
 def test_the_common_time_is_that_of_the_compared_rows():
@@ -91,12 +91,12 @@ def test_the_common_time_is_that_of_the_compared_rows():
             assert f"compared from 0 to {end} s" in "".join(result.warnings)
 
 
-def events(time, at, after=99.0, written="{!r}"):
+def events(time, at, after=99.0, pattern="{!r}"):
     """Return the text of a table that has at one of its rows a second one with another value."""
     lines = ["time,x"]
     for t in np.asarray(time).tolist():
-        lines.append(f"{written.format(t)},{float(np.sin(10 * t))!r}")
-        lines += [f"{written.format(t)},{after!r}"] if abs(t - at) < 1e-9 else []
+        lines.append(f"{pattern.format(t)},{float(np.sin(10 * t))!r}")
+        lines += [f"{pattern.format(t)},{after!r}"] if abs(t - at) < 1e-9 else []
     return "\n".join([*lines, ""])
 
 
@@ -112,8 +112,8 @@ def events(time, at, after=99.0, written="{!r}"):
     ],
 )
 def test_an_event_of_one_table_alone_is_refused(first, second, at, sixbar):
-    said = f"a has two rows at {at} s", "b has not", "--at-events left or right"
-    refused(sixbar, first, second, "--tolerance 1e-3 --at-events both", *said)
+    pieces = f"a has two rows at {at} s", "b has not", "--at-events left or right"
+    refusals(sixbar, first, second, "--tolerance 1e-3 --at-events both", *pieces)
 
 
 @pytest.mark.parametrize(
@@ -122,7 +122,7 @@ def test_an_event_of_one_table_alone_is_refused(first, second, at, sixbar):
         (events(TIME, 0.5), events(TIME, 0.5, after=98.0), "differ"),
         (events(FINE, 0.5), events(TIME, 0.5, after=98.0), "differ"),
         # Three digits leave the two rows of the jump at one time.
-        (events(TIME, 0.5, written="{:.3f}"), events(TIME, 0.5), "agree"),
+        (events(TIME, 0.5, pattern="{:.3f}"), events(TIME, 0.5), "agree"),
     ],
 )
 def test_both_rows_of_an_event_are_compared(first, second, verdict, sixbar):
@@ -161,7 +161,7 @@ FOLDERS = {  # files besides run.csv of either folder, the exit code, and what i
 
 @pytest.mark.parametrize("case", FOLDERS)
 def test_nothing_of_a_folder_is_passed_over_in_silence(case, sixbar):
-    first, second, code, said = FOLDERS[case]
+    first, second, code, message = FOLDERS[case]
     for folder, files in (("a", first), ("b", second)):
         for name, content in {"run.csv": ROWS, **files}.items():
             if name.endswith("/"):
@@ -169,8 +169,8 @@ def test_nothing_of_a_folder_is_passed_over_in_silence(case, sixbar):
             else:
                 sixbar.write(f"{folder}/{name}", content)
     (sixbar.folder / "a/link.csv").symlink_to("nothing")
-    ended = sixbar("compare", "a", "b", "--tolerance", "1e-3", "--json", code=code)
-    assert all(piece in ended.out + ended.err for piece in said.split("|"))
+    process = sixbar("compare", "a", "b", "--tolerance", "1e-3", "--json", code=code)
+    assert all(piece in process.out + process.err for piece in message.split("|"))
 
 
 BESIDE = {  # a file beside run.csv, and what is said
@@ -185,11 +185,11 @@ BESIDE = {  # a file beside run.csv, and what is said
 
 @pytest.mark.parametrize("case", BESIDE)
 def test_another_programs_files_beside_a_table_are_named_and_not_read(case, sixbar):
-    name, content, said = BESIDE[case]
+    name, content, message = BESIDE[case]
     run, ref = (sixbar.folder / sixbar.write(table, ROWS) for table in ("run.csv", "ref.csv"))
     sixbar.write(name, content)
     for pair in ((run, ref), (ref, run)):
         result = compare(*pair, tolerance=1e-3)
-        warned = [line for line in result.warnings if "not read" in line]
-        assert (result.verdict, bool(warned)) == ("agree", bool(said))
-        assert all(said in line for line in warned)
+        warnings = [line for line in result.warnings if "not read" in line]
+        assert (result.verdict, bool(warnings)) == ("agree", bool(message))
+        assert all(message in line for line in warnings)
