@@ -44,7 +44,7 @@ PULL = {
 }
 
 
-def simulated(model, name, tolerance, changes):
+def simulate(model, name, tolerance, changes):
     settings = {f"solver.{key}.tolerance": tolerance for key in ("reference", "exudyn")}
     settings |= {"solver.exudyn.formulation": "tree", "output.groups": []}
     result = model.simulate(load_scene(name, changes | settings).data)
@@ -52,7 +52,7 @@ def simulated(model, name, tolerance, changes):
     return result
 
 
-reference, tree = partial(simulated, reference_model), partial(simulated, exudyn_model)
+reference, tree = partial(simulate, reference_model), partial(simulate, exudyn_model)
 
 
 @pytest.mark.parametrize("law", ["foundation", "hertz-corners"])

@@ -9,7 +9,7 @@ STEP, TOLERANCE = "solver.exudyn.step", "solver.exudyn.tolerance"
 FORMULATION, METHOD, GROUPS = "solver.exudyn.formulation", "solver.exudyn.method", "output.groups"
 TREE = {FORMULATION: "tree", METHOD: "dopri5"}
 PIN = {"joints.crank_pin": "clearance"}
-REFUSED = [
+REFUSALS = [
     ({METHOD: "dopri5"}, "solver.exudyn.method = 'dopri5' does not integrate "
      "solver.exudyn.formulation = 'full'; use 'generalized-alpha'"),
     ({FORMULATION: "tree"}, "solver.exudyn.method = 'generalized-alpha' does not integrate "
@@ -37,11 +37,11 @@ def run(make_scene):
     return lambda *changes, tree=None: simulate(make_scene(*changes, tree=tree))
 
 
-@pytest.mark.parametrize(("changes", "message"), REFUSED)
+@pytest.mark.parametrize(("changes", "message"), REFUSALS)
 def test_unsupported_scenes_are_refused_in_one_line(make_scene, changes, message):
-    with pytest.raises(ValueError, match=r"use '") as caught:
+    with pytest.raises(ValueError, match=r"use '") as error:
         simulate(make_scene(changes))
-    assert str(caught.value) == message
+    assert str(error.value) == message
 
 
 def test_a_method_that_is_named_decides_the_formulation(run):
@@ -135,16 +135,16 @@ def test_a_tree_takes_few_steps(run, changes, work, retries):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("changes", "status", "key", "tried"),
+    ("changes", "status", "key", "value"),
     [
         (TREE | {TOLERANCE: 1e-17, "drive.cycles": 0.05}, "step-too-small", TOLERANCE, 1e-10),
         ({STEP: 1e-3}, "invariant-violated", STEP, 2e-5),
         ({STEP: 1e-3, "contact.law": "paper-switching"}, "newton-failed", STEP, 2e-5),
     ],
 )
-def test_what_a_failure_says_to_try_works(run, changes, status, key, tried):
-    usual = {"drive.cycles": 0.2, GROUPS: []}
-    failed = run(usual, changes)
-    assert failed.status == status
-    assert key in failed.remedy
-    assert run(usual, changes, {key: tried}).status == "success"
+def test_what_a_failure_says_to_try_works(run, changes, status, key, value):
+    common = {"drive.cycles": 0.2, GROUPS: []}
+    failure = run(common, changes)
+    assert failure.status == status
+    assert key in failure.remedy
+    assert run(common, changes, {key: value}).status == "success"

@@ -9,7 +9,7 @@ from reference_model.events import ABSCISSAE, BELOW, CROSSES, SETTLED, UNCLEAR
 
 
 @kernel
-def classified(values, starting):
+def classify(values, starting):
     return events.classify(values, starting)
 
 
@@ -33,7 +33,7 @@ def norm(h, k, free, tolerance):
     ],
 )
 def test_classes(function, starting, expected):
-    assert classified(function(ABSCISSAE), starting) in expected
+    assert classify(function(ABSCISSAE), starting) in expected
 
 
 @pytest.mark.parametrize("stage", [0, 5, 11])
