@@ -80,14 +80,14 @@ def test_dragging_the_wheel_and_keys_zoom_all_plots_together_and_move_the_cursor
     page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 20, steps=5)
     page.mouse.up()
     page.wait_for_timeout(50)
-    now = state(page)
+    view = state(page)
     # A pixel of some 700.
-    assert now["range"] == pytest.approx([whole[0] + 0.25 * span, whole[0] + 0.5 * span], abs=0.005 * span)
-    assert all(each == pytest.approx(now["range"]) for each in now["ranges"])
+    assert view["range"] == pytest.approx([whole[0] + 0.25 * span, whole[0] + 0.5 * span], abs=0.005 * span)
+    assert all(each == pytest.approx(view["range"]) for each in view["ranges"])
     page.mouse.wheel(0, -100)
     page.wait_for_timeout(100)
     nearer = state(page)["range"]
-    assert nearer[1] - nearer[0] == pytest.approx(0.8 * (now["range"][1] - now["range"][0]))
+    assert nearer[1] - nearer[0] == pytest.approx(0.8 * (view["range"][1] - view["range"][0]))
     page.get_by_role("button", name="Whole run (0)").locator("visible=true").first.click()
     assert state(page)["range"] == whole
     page = open_plots(show)

@@ -97,9 +97,9 @@ def test_a_page_that_lacks_a_scene_is_not_green(show, comparisons, tmp_path):
     html = render(comparisons[:1], title="Press", command="sixbar validate", missing=["late"])
     path.write_text(html, "utf-8")
     page = show(path=path)
-    good = page.locator(".card .verdict.agree").first.evaluate("e => getComputedStyle(e).color")
-    head = page.locator("header *").evaluate_all("all => all.map(e => getComputedStyle(e).color)")
-    assert good not in head
+    colour = page.locator(".card .verdict.agree").first.evaluate("e => getComputedStyle(e).color")
+    colours = page.locator("header *").evaluate_all("all => all.map(e => getComputedStyle(e).color)")
+    assert colour not in colours
     assert "Not compared: late." in page.locator(".lead").inner_text()
 
 

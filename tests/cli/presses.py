@@ -60,7 +60,7 @@ def model(name):
         contact |= {"peak_force": 40.0, "largest_depth": 1e-6}
         return SimpleNamespace(
             columns=columns,
-            events={"corner": np.array(["ll"])} | {key: np.array([of]) for key, of in contact.items()},
+            events={"corner": np.array(["ll"])} | {key: np.array([value]) for key, value in contact.items()},
             extrema={c: {"min": v.min(), "max": v.max()} for c, v in columns.items() if c != "time"},
             provenance={"model": name, "counters": {"steps": columns["time"] if does == "arrays" else 5}},
             status=status,

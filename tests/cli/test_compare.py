@@ -53,8 +53,8 @@ def tables(make):
     sixbar.table("e.csv", time=np.insert(TIME, 50, TIME[50]), x=np.insert(X, 50, X[50] + 0.3))
     sixbar.table("f.csv", time=TIME, x=X, force=0 * X)
     sixbar.table("g.csv", time=TIME, x=X, force=0 * X + 1e-9)
-    for name, missing in (("one", [40]), ("hole", range(40, 60)), ("end", range(90, 101))):
-        sixbar.table(f"{name}.csv", time=np.delete(TIME, missing), x=np.delete(X, missing))
+    for name, gap in (("one", [40]), ("hole", range(40, 60)), ("end", range(90, 101))):
+        sixbar.table(f"{name}.csv", time=np.delete(TIME, gap), x=np.delete(X, gap))
     sixbar.write("one.events.csv", "corner,start,end,normal_speed,impulse,peak_force\nll,0.1,0.2,1,1,1\n")
     sixbar.table("folder/a.csv", time=TIME, x=X)
     sixbar.write("empty.csv", "\n")
@@ -143,9 +143,9 @@ def test_the_command_of_a_report_repeats_what_was_asked(command, tables):
         "--tolerance 0.0123456789 --absolute --share 0.95 --time-tolerance 0.02 --channels x --mapping m.toml"
     )
     output = tables("compare", *command.split(), *options.split(), "--json").out
-    program, *again = shlex.split(tables.numbers["command"])
-    assert (program, len(again)) == ("sixbar", 1 + len(command.split()) + len(options.split()))
-    assert tables(*again, "--json").out == output
+    program, *arguments = shlex.split(tables.numbers["command"])
+    assert (program, len(arguments)) == ("sixbar", 1 + len(command.split()) + len(options.split()))
+    assert tables(*arguments, "--json").out == output
 
 
 def test_further_runs_judge_by_their_uncertainty_and_the_order_that_is_stated(sixbar):

@@ -12,7 +12,7 @@ from sixbar import compare
 
 TIME = np.arange(101) * 0.01
 FINE = np.linspace(0, 1, 1001)
-UNEVEN = np.sort(np.append(np.random.default_rng(1).uniform(0, 1, 99), [0.0, 1.0]))
+UNEVEN_TIMES = np.sort(np.append(np.random.default_rng(1).uniform(0, 1, 99), [0.0, 1.0]))
 
 
 def frame(time, spike=None):
@@ -33,7 +33,7 @@ def spans(count, end=4.0, start=0.0):
 
 ONE_SPAN = {  # of equal motions: the times of both tables
     "rounded to three digits": (np.round(np.arange(121) / 120, 3), np.arange(121) / 120),
-    "uneven": (UNEVEN, TIME),
+    "uneven": (UNEVEN_TIMES, TIME),
     "a solver that stops behind its end": (TIME, np.append(TIME[:-1], 1.0015)),
 }
 OTHER_SPANS = {  # the times of both tables, of which one has rows alone
@@ -91,12 +91,12 @@ def test_the_common_time_is_that_of_the_compared_rows():
             assert f"compared from 0 to {end} s" in "".join(result.warnings)
 
 
-def events(time, at, after=99.0, pattern="{!r}"):
+def events(time, at, value=99.0, pattern="{!r}"):
     """Return the text of a table that has at one of its rows a second one with another value."""
     lines = ["time,x"]
     for t in np.asarray(time).tolist():
         lines.append(f"{pattern.format(t)},{float(np.sin(10 * t))!r}")
-        lines += [f"{pattern.format(t)},{after!r}"] if abs(t - at) < 1e-9 else []
+        lines += [f"{pattern.format(t)},{value!r}"] if abs(t - at) < 1e-9 else []
     return "\n".join([*lines, ""])
 
 
@@ -119,8 +119,8 @@ def test_an_event_of_one_table_alone_is_refused(first, second, at, sixbar):
 @pytest.mark.parametrize(
     ("first", "second", "verdict"),
     [
-        (events(TIME, 0.5), events(TIME, 0.5, after=98.0), "differ"),
-        (events(FINE, 0.5), events(TIME, 0.5, after=98.0), "differ"),
+        (events(TIME, 0.5), events(TIME, 0.5, value=98.0), "differ"),
+        (events(FINE, 0.5), events(TIME, 0.5, value=98.0), "differ"),
         # Three digits leave the two rows of the jump at one time.
         (events(TIME, 0.5, pattern="{:.3f}"), events(TIME, 0.5), "agree"),
     ],

@@ -203,7 +203,7 @@ def test_the_error_of_a_file_for_compare(sixbar):
 
 
 EMPTY = "python -c 'import sys; open(sys.argv[1], chr(119))' {out} {tolerance} {start}"
-KILLED = "python -c 'import os; os.kill(os.getpid(), 9)'"
+KILL = "python -c 'import os; os.kill(os.getpid(), 9)'"
 SLOW = "limit = 0.2\n[side.a]\ncommand = \"python -c 'import time; time.sleep(60)'"
 
 
@@ -222,7 +222,7 @@ SLOW = "limit = 0.2\n[side.a]\ncommand = \"python -c 'import time; time.sleep(60
         ('["y"]', '["y", "y"]', "start.states = ['y', 'y'] must not contain a state twice"),
         ("python", "no-such-program", "a, tolerance 1e-06: cannot be run: no program 'no-such-program'"),
         ("a.py", "b.py", "a, tolerance 1e-06: ended with code 2: "),
-        ("python a.py", KILLED, "a, tolerance 1e-06: was ended by SIGKILL: python -c"),
+        ("python a.py", KILL, "a, tolerance 1e-06: was ended by SIGKILL: python -c"),
         ('[side.a]\ncommand = "python a.py', SLOW, "a, tolerance 1e-06: stopped after 0.2 s: python -c"),
         ("{out}", "{out}.csv", "has written no table to {out}"),
         ("python a.py {tolerance} {start} {out}", EMPTY, "sixbar: a: is empty"),

@@ -194,9 +194,9 @@ def test_an_accuracy_in_metres_is_estimated_by_further_runs(sixbar):
     assert "estimated error of slider_x" in sixbar(*SLIDE, "--check").out
 
 
-PARTIAL = {"x.partial.csv", "x.partial.events.csv", "x.partial.json"}
+PARTIAL_FILES = {"x.partial.csv", "x.partial.events.csv", "x.partial.json"}
 FAILURES = {  # others are those of `validate`
-    "violate": (2, "invariant-violated; open-depth: ", PARTIAL),
+    "violate": (2, "invariant-violated; open-depth: ", PARTIAL_FILES),
     "nan": (2, "slider_vy is nan in data row 8", set()),
     "die": (70, "its process ended with code 3", set()),
     "bug": (70, "RuntimeError: index out of range", {"x.traceback.txt"}),

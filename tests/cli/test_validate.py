@@ -31,9 +31,9 @@ def report(make):
     sixbar = make()
     sixbar.write("v/tables/nan-beta.csv", "of an earlier call")
     settings = {"good": "", "vague": "tolerance = 1e-2", "apart": 'does = "differ"'}
-    bad = [sixbar.press(does, beta=f'does = "{does}"') for does in REASONS]
+    failures = [sixbar.press(does, beta=f'does = "{does}"') for does in REASONS]
     scenes = [sixbar.press(name, beta=beta) for name, beta in settings.items()]
-    return sixbar, sixbar("validate", *bad, *scenes, "-v", *OUT, code=70)
+    return sixbar, sixbar("validate", *failures, *scenes, "-v", *OUT, code=70)
 
 
 def test_of_several_verdicts_the_worst_one_is_the_exit_code(report):
@@ -135,8 +135,8 @@ def test_a_scene_that_fails_leaves_the_others_compared_and_reported(does, report
     # What there is of the run is kept and named; where an exception of a model came from too.
     run = f"{does}.standard-beta-base"
     files = {f"v/tables/{run}.partial.csv": ("fail",), f"v/{run}.traceback.txt": ("bug",)}
-    for path, of in files.items():
-        assert (sixbar.folder / path).exists() == (path in process.out) == (does in of)
+    for path, causes in files.items():
+        assert (sixbar.folder / path).exists() == (path in process.out) == (does in causes)
     # A table of an earlier call would appear to belong to this report.
     assert not (sixbar.folder / f"v/tables/{does}-beta.csv").exists()
 

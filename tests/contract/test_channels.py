@@ -93,13 +93,13 @@ def test_extrema_of_each_cycle_lie_in_it_and_those_of_the_run_follow_from_them(r
 def test_who_listens_does_not_change_the_run_which_leaves_nothing(run, variant, tmp_path, monkeypatch, capfd):
     """Reports of progress stop an integrator more often; its steps are the same."""
     monkeypatch.chdir(tmp_path)
-    alone, shares = run(variant, "150rpm-0.2mm", {"drive.cycles": 0.1}), []
-    result = alone.variant.model.simulate(alone.scene, progress=shares.append)
+    simulation, shares = run(variant, "150rpm-0.2mm", {"drive.cycles": 0.1}), []
+    result = simulation.variant.model.simulate(simulation.scene, progress=shares.append)
     assert shares[:-1] == sorted(shares[:-1])
     assert shares[-1] == 1.0
     for name in ("columns", "events", "cycle_extrema", "pulses"):
-        for key, values in getattr(alone.result, name).items():
+        for key, values in getattr(simulation.result, name).items():
             np.testing.assert_array_equal(getattr(result, name)[key], values)
-    assert result.provenance["counters"] == alone.result.provenance["counters"]
+    assert result.provenance["counters"] == simulation.result.provenance["counters"]
     assert capfd.readouterr() == ("", "")
     assert not list(tmp_path.iterdir())

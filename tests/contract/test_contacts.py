@@ -80,12 +80,12 @@ def test_pulses_are_the_forces_of_the_contacts(short_run):
 @pytest.mark.parametrize("variant", ["reference-minimal", "exudyn-tree"])
 def test_a_grazing_touch_within_one_step_is_seen(run, variant):
     """The turning point of a first flight lies 1e-9 m inside the wall, for a part of a step."""
-    wide = {"clearance.slider": 5e-4, "initial.slider_vx": 0.02, "drive.cycles": 0.025}
-    flight = run("reference-minimal", "150rpm-0.2mm", wide | {"output.samples_per_cycle": 200_000})
+    press = {"clearance.slider": 5e-4, "initial.slider_vx": 0.02, "drive.cycles": 0.025}
+    flight = run("reference-minimal", "150rpm-0.2mm", press | {"output.samples_per_cycle": 200_000})
     assert flight.result.events["start"].size == 0
     turn = flight.columns["slider_x"].max() + 0.55
     settings = {"solver.reference.tolerance": 3e-6, "solver.exudyn.tolerance": 1e-9}
-    events = run(variant, "150rpm-0.2mm", wide | settings | {"clearance.slider": turn - 1e-9}).result.events
+    events = run(variant, "150rpm-0.2mm", press | settings | {"clearance.slider": turn - 1e-9}).result.events
     assert set(events["corner"]) == {"lr", "ur"}
     # The sampled turning point is off by at most a sample's fall, (2e-6 s)^2 * 10 m/s^2 = 4e-11 m.
     assert events["largest_depth"].max() == pytest.approx(1e-9, rel=0.05)

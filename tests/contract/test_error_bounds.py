@@ -54,9 +54,9 @@ CASES = [
 def test_a_named_accuracy_keeps_its_error_bound(name, model, formulation, accuracy):
     values = {f"solver.{model}.formulation": formulation}
     # The error bound is the shipped scene's: a moved start is another one, which would only borrow it.
-    shipped = load_scene(name, values)
-    settings = solver_values(model, accuracy, shipped)
-    bound = forecast(shipped.with_values(settings), model)
+    scene = load_scene(name, values)
+    settings = solver_values(model, accuracy, scene)
+    bound = forecast(scene.with_values(settings), model)
     assert (bound.scene, bound.own) == (name, True)
     x = slider_x(shifted_scene(name).with_values(values).with_values(settings), model)
     assert np.abs(x - exact(name)).max() <= bound.error

@@ -110,13 +110,13 @@ def test_where_nothing_can_be_stored_a_process_compiles_and_says_so_in_one_warni
     """Below a file, or at the home of a user without an entry in the password file."""
     (tmp_path / "file").touch()
     (tmp_path / "sitecustomize.py").write_text("import pwd\npwd.getpwuid = {}.__getitem__\n")
-    homeless = {"HOME": "", "XDG_CACHE_HOME": "", "PYTHONPATH": os.pathsep.join([str(tmp_path), PATH])}
-    for cache, env, where in (
+    variables = {"HOME": "", "XDG_CACHE_HOME": "", "PYTHONPATH": os.pathsep.join([str(tmp_path), PATH])}
+    for cache, env, place in (
         (tmp_path / "file", {}, str(tmp_path / "file")),
-        ("", homeless, "home folder"),
+        ("", variables, "home folder"),
     ):
         _, err = call(tmp_path, cache, env=env)
         assert err.count("RuntimeWarning") == len(IMPORTS)
-        assert err.count(where) >= len(IMPORTS)
+        assert err.count(place) >= len(IMPORTS)
         assert "SIXBAR_CACHE_DIR" in err
     assert not files(tmp_path)

@@ -41,13 +41,13 @@ def test_the_model_records_the_formulation_that_was_planned(model, joints, group
 
 
 def test_a_larger_formulation_of_the_reference_runs_on_request():
-    small = load_scene("150rpm-0.2mm", AUTO | SHORT)
-    large = small.with_values({"solver.reference.formulation": "multiplier"})
-    few, many = plan(small, "reference"), plan(large, "reference")
-    assert many.coordinates - many.constraints == few.coordinates
-    assert reference_model.simulate(large.data).provenance["formulation"] == many.formulation
-    assert [each[:2] for each in few.instead] == [
-        ("solver.reference.formulation = 'multiplier'", many.formulation)
+    minimal = load_scene("150rpm-0.2mm", AUTO | SHORT)
+    multiplier = minimal.with_values({"solver.reference.formulation": "multiplier"})
+    minimal_plan, multiplier_plan = plan(minimal, "reference"), plan(multiplier, "reference")
+    assert multiplier_plan.coordinates - multiplier_plan.constraints == minimal_plan.coordinates
+    assert reference_model.simulate(multiplier.data).provenance["formulation"] == multiplier_plan.formulation
+    assert [each[:2] for each in minimal_plan.instead] == [
+        ("solver.reference.formulation = 'multiplier'", multiplier_plan.formulation)
     ]
 
 

@@ -33,11 +33,11 @@ class Fake:
     bias: tuple[float, float] = (0.0, 0.0)  # of either model, late in the run, whatever the start
     succeed: int | None = None  # how many runs of an ensemble do; None: all
 
-    def table(self, late_error, everywhere=0.0):
+    def table(self, late_error, error=0.0):
         data = self.scene.data
         samples = round(data["drive"]["cycles"] * data["output"]["samples_per_cycle"]) + 1
-        error = everywhere + np.where(np.arange(samples) >= ONSET * samples, late_error, 0.0)
-        return Table(pd.DataFrame(self.signals(self.scene.data, 0.0, error)), EVENTS)
+        errors = error + np.where(np.arange(samples) >= ONSET * samples, late_error, 0.0)
+        return Table(pd.DataFrame(self.signals(self.scene.data, 0.0, errors)), EVENTS)
 
     def family(self, side, late_error=0.0):
         """Return runs that lie together, by chance or because this is all there is."""

@@ -148,17 +148,17 @@ class March:
         grid = np.linspace(dense.t_old, dense.t, 4)
         values = [self.sigma, *map(sigma, grid[1:])]
         k = int(np.argmin(values))
-        low, when = values[k], grid[k]
+        low, time = values[k], grid[k]
         if low < 0.1:
             bounds = grid[max(k - 1, 0)], grid[min(k + 1, 3)]
             best = minimize_scalar(sigma, bounds=bounds, method="bounded", options={"xatol": 1e-13})
             if best.fun < low:
-                low, when = best.fun, best.x
+                low, time = best.fun, best.x
         self.least, self.sigma = low, values[-1]
         if low < SINGULAR:
             # At the end of a step it falls on, linearly, to a zero ahead.
-            ahead = low * (grid[-1] - grid[-2]) / (values[-2] - low) if when > grid[-1] - 1e-12 else 0.0
-            self.singular = when + ahead
+            ahead = low * (grid[-1] - grid[-2]) / (values[-2] - low) if time > grid[-1] - 1e-12 else 0.0
+            self.singular = time + ahead
         return low < SINGULAR
 
     def first(self, dense, at):
@@ -183,17 +183,17 @@ class March:
                 return min(zeros)
         return None
 
-    def cross(self, t, state, when, k):
+    def cross(self, t, state, time, k):
         """Integrate to a zero of gap k, twice for its error on the dense output, and switch contact k."""
         for _ in range(2):
-            if when != t:
-                solver = self.solver(t, state, when)
+            if time != t:
+                solver = self.solver(t, state, time)
                 while solver.status == "running":
                     solver.step()
                 t, state = solver.t, solver.y
             look = self.look(t, state)
             depth, rate, _ = look.gaps[k]
-            when -= depth / rate if abs(depth) < 1e-9 * abs(rate) else 0
+            time -= depth / rate if abs(depth) < 1e-9 * abs(rate) else 0
         self.sums, self.step = state[-len(self.sums) :], 1e-8
         self.contacts[k].switch(t, rate, self.sums[3 + k])
         return look
@@ -214,11 +214,11 @@ def solve(scene, grid=None, tolerance=1e-13, contacts=math.inf):
     """
     system, rows = Bodies(scene), []
     march, look = March(system, tolerance), system.start
-    for after in times(scene) if grid is None else grid:
-        while look.t < after and march.singular == math.inf and march.separations() < contacts:
-            look = march.advance(look, after)
-        if look.t == after:
-            rows.append({"time": after} | system.sample(look, march.sums))
+    for time in times(scene) if grid is None else grid:
+        while look.t < time and march.singular == math.inf and march.separations() < contacts:
+            look = march.advance(look, time)
+        if look.t == time:
+            rows.append({"time": time} | system.sample(look, march.sums))
     for contact, impulse in zip(system.contacts, march.sums[3:], strict=True):
         if contact.impact:
             contact.switch(look.t, 0, impulse)
@@ -366,8 +366,8 @@ class Bodies:
 
     def look(self, t, z, dz):
         """Return the linkage at given coordinates: depth, rate, slip of contacts, rows of the last two."""
-        n, free, bound, (then, near, slope, drift) = len(self.mass), self.free, self.bound, self.near
-        pose, step = near + slope @ (z - near[free]) + drift * (t - then), np.ones(1)
+        n, free, bound, (origin, near, slope, drift) = len(self.mass), self.free, self.bound, self.near
+        pose, step = near + slope @ (z - near[free]) + drift * (t - origin), np.ones(1)
         pose[free] = z
         while np.abs(step).max(initial=0) > 1e-10:  # the next one is its square, over a small singular value
             value, rows, change, _ = self.constraints(t, pose, np.zeros(n))

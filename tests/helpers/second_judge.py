@@ -53,7 +53,7 @@ def uncertainty(runs, name, period, factor, order, weight=1.0):
 
     ``late`` is ten where u of its gap counts so many times.
     """
-    time, at = runs["base"]["time"].to_numpy(), {kind: of[name].to_numpy() for kind, of in runs.items()}
+    time, at = runs["base"]["time"].to_numpy(), {kind: frame[name].to_numpy() for kind, frame in runs.items()}
     s, step = at["base"], (time[-1] - time[0]) / (time.size - 1)
     reach = 1
     while reach * step < 0.01 * period - 1e-6 * step:  # a hundredth, whichever way it rounds
@@ -134,9 +134,9 @@ def judge_channel(name, time, a, b, scale, threshold, share, predictable=None, c
     worst_threshold = math.nan if worst is None else threshold[worst]
     if not by_tolerance and verdict == "indeterminate" and "follows" not in rules(name) and happens.any():
         # Even the largest u of all times explains too few.
-        beyond = (np.abs(e[happens]) > largest).sum()
-        if 1 - beyond / happens.sum() < SHARE:
-            verdict, explained, outside = "differ", math.nan, beyond
+        count = (np.abs(e[happens]) > largest).sum()
+        if 1 - count / happens.sum() < SHARE:
+            verdict, explained, outside = "differ", math.nan, count
             worst, worst_threshold = int(np.abs(e).argmax()), largest
     return SimpleNamespace(
         verdict=verdict,
@@ -167,10 +167,10 @@ def judge(runs_a, runs_b, scene, tier, levels):
         position = channels.get(rules(name).get("follows"))
         weight = 1.0 if position is None else position.weight
         each = (
-            uncertainty(runs, name, period, *of, weight)
-            for runs, of in zip((runs_a, runs_b), levels, strict=True)
+            uncertainty(runs, name, period, *level, weight)
+            for runs, level in zip((runs_a, runs_b), levels, strict=True)
         )
-        u = np.sqrt(sum(own**2 for own in each))
+        u = np.sqrt(sum(part**2 for part in each))
         scale = scale_of(name, scene, min(a.min(), b.min()), max(a.max(), b.max()))
         known = u <= ALPHA[tier] * scale
         if position is not None:
@@ -179,13 +179,13 @@ def judge(runs_a, runs_b, scene, tier, levels):
         weight = np.where(time > parting_time(time, known, period / 100), 10.0, 1.0)
         u *= weight
         known &= u <= ALPHA[tier] * scale
-        own = (scale, K * u, SHARE, known, COVERAGE[tier], largest)
-        channels[name] = judge_channel(name, time, a, b, *own)
+        arguments = (scale, K * u, SHARE, known, COVERAGE[tier], largest)
+        channels[name] = judge_channel(name, time, a, b, *arguments)
         channels[name].weight = weight
     results = [channel for channel in channels.values() if channel.verdict != "unexcited"]
-    portions = [0.0 if math.isnan(of.explained) else of.coverage for of in results]
+    portions = [0.0 if math.isnan(channel.explained) else channel.coverage for channel in results]
     coverage = sum(portions) / len(portions) if portions else math.nan
-    verdicts = {of.verdict for of in results}
+    verdicts = {channel.verdict for channel in results}
     agree = "agree" in verdicts and coverage >= COVERAGE[tier]
     verdict = "differ" if "differ" in verdicts else "agree" if agree else "indeterminate"
     return SimpleNamespace(channels=channels, verdict=verdict, coverage=coverage)
@@ -196,11 +196,11 @@ def judge(runs_a, runs_b, scene, tier, levels):
 
 def pair_up(a, b, window):
     """Contacts of one corner that are each other's nearest, earlier ones first, at most a window apart."""
-    rows_a, rows_b = (list(zip(of["corner"], of["start"], strict=True)) for of in (a, b))
+    rows_a, rows_b = (list(zip(table["corner"], table["start"], strict=True)) for table in (a, b))
 
     def nearest(row, rows):
-        same = [(abs(start - row[1]), start, n) for n, (corner, start) in enumerate(rows) if corner == row[0]]
-        return min(same)[2] if same else None
+        gaps = [(abs(start - row[1]), start, n) for n, (corner, start) in enumerate(rows) if corner == row[0]]
+        return min(gaps)[2] if gaps else None
 
     pairs = [(i, j) for i, row in enumerate(rows_a) if (j := nearest(row, rows_b)) is not None]
     close = [(i, j) for i, j in pairs if abs(rows_a[i][1] - rows_b[j][1]) <= window]

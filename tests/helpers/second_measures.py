@@ -55,7 +55,7 @@ def between_events(time, values, at, edges):
         if t in time:
             values_at[k] = values[time == t][0]
         elif rows.size >= 2:
-            after = np.clip(np.sum(time[rows] <= t), 1, rows.size - 1)
-            i, j = rows[after - 1], rows[after]
+            row = np.clip(np.sum(time[rows] <= t), 1, rows.size - 1)
+            i, j = rows[row - 1], rows[row]
             values_at[k] = values[i] + (values[j] - values[i]) * (t - time[i]) / (time[j] - time[i])
     return values_at

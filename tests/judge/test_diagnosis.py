@@ -176,11 +176,11 @@ def test_what_no_cause_explains_is_left_unexplained(run):
     """Chaos: a difference of the start that contacts amplify. Noise: of a thousandth of each scale."""
     scene = sixbar.load_scene("150rpm-0.2mm")
     shift = {"initial.slider_offset": scene.data["initial"]["slider_offset"] + 1e-8}
-    long, other = (
+    run_a, run_b = (
         sixbar.simulate(sixbar.load_scene("150rpm-0.2mm", changes), model="reference")
         for changes in ({}, shift)
     )
-    other = replace(other, provenance={})  # in which the key stands
+    run_b = replace(run_b, provenance={})  # in which the key stands
     rng = np.random.default_rng(1)
     spread = run.frame.std() * 1e-3 * rng.uniform(0.2, 5.0, run.frame.shape[1])
     values = run.frame + rng.normal(size=run.frame.shape) * spread.to_numpy()
@@ -189,7 +189,7 @@ def test_what_no_cause_explains_is_left_unexplained(run):
         sixbar.load_scene("150rpm-0.2mm", SHORT | {"solver.reference.tolerance": 1e-9}), model="reference"
     )
     for pair, tolerance, verdict in (
-        ((long, other), 1e-3, "differ"),
+        ((run_a, run_b), 1e-3, "differ"),
         ((run, noise), 1e-4, "differ"),
         ((run, repetition), 1e-3, "agree"),
     ):

@@ -166,11 +166,11 @@ def test_the_stated_errors_are_those_of_tables_with_fewer_samples(seed):
         thin_pair = pair._replace(a=alter(pair.a, part), b=alter(pair.b, part))
         return comparison_of(thin_pair, scene=None, period=pair.scene.period)
 
-    result, half, quarter = map(thin, (1, 2, 4))
+    result, half, fourth = map(thin, (1, 2, 4))
 
     def error(name, key):
-        fine, two, four = (getattr(of.channels[name] if name else of, key) for of in (result, half, quarter))
-        return 3 * max(abs(two - fine), abs(four - fine) / 2)
+        one, two, four = (getattr(run.channels[name] if name else run, key) for run in (result, half, fourth))
+        return 3 * max(abs(two - one), abs(four - one) / 2)
 
     for name, channel in result.channels.items():
         assert channel.coverage_error == pytest.approx(error(name, "coverage"), rel=1e-12, abs=1e-15)

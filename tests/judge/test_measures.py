@@ -13,11 +13,11 @@ from comparison.tables.channels import channels
 
 @pytest.mark.parametrize("seed", range(20))
 def test_the_share_of_a_random_signal_inside_a_tube(seed):
-    even = np.linspace(0.0, 7.0, 1237)  # 0.002 of it are two and a half samples
-    first = np.interp(even, np.linspace(0.0, 7.0, 60), np.cumsum(np.random.default_rng(seed).normal(size=60)))
-    other = first + 0.01 * np.ptp(first) * np.sin(9 * even)  # outside where it is flat
-    assert tube_share(even, first, other) == second_measures.tube_share(even, first, other)
-    assert 0.0 < tube_share(even, first, other) < 1.0
+    time = np.linspace(0.0, 7.0, 1237)  # 0.002 of it are two and a half samples
+    first = np.interp(time, np.linspace(0.0, 7.0, 60), np.cumsum(np.random.default_rng(seed).normal(size=60)))
+    other = first + 0.01 * np.ptp(first) * np.sin(9 * time)  # outside where it is flat
+    assert tube_share(time, first, other) == second_measures.tube_share(time, first, other)
+    assert 0.0 < tube_share(time, first, other) < 1.0
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -47,8 +47,8 @@ def test_interpolation_between_events(seed):
         expected = second_measures.between_events(time, columns[name], at, [])
         np.testing.assert_allclose(result[name], expected, atol=1e-13)
     rows = events[events["corner"] == "ll"]
-    for name, of in (("slider_ax", events), ("corner_ll_normal", rows)):
-        expected = second_measures.between_events(time, columns[name], at, [*of["start"], *of["end"]])
+    for name, table in (("slider_ax", events), ("corner_ll_normal", rows)):
+        expected = second_measures.between_events(time, columns[name], at, [*table["start"], *table["end"]])
         known = ~unknown.get(name, np.zeros(at.size, bool))
         np.testing.assert_array_equal(known, np.isfinite(expected))
         np.testing.assert_allclose(result[name][known], expected[known], atol=1e-12)

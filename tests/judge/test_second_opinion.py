@@ -16,9 +16,9 @@ from comparison.tables.channels import channels
 from comparison.verdict.channel import Criteria, Samples, compare_channel
 from comparison.verdict.compare import scene_verdict
 
-EXACT = ("verdict", "outside")
+EXACT_KEYS = ("verdict", "outside")
 # Numbers that both make of the same few operations in another order.
-ROUNDED = (
+ROUNDED_KEYS = (
     "coverage", "explained", "worst_time", "worst_difference", "worst_threshold", "max_difference",
     "rms_difference", "scale",
 )  # fmt: skip
@@ -28,9 +28,9 @@ def assert_same(result, channels):
     assert set(result.channels) == set(channels)
     for name, second in channels.items():
         channel = result.channels[name]
-        for key in EXACT:
+        for key in EXACT_KEYS:
             assert getattr(channel, key) == getattr(second, key), (name, key)
-        for key in ROUNDED:
+        for key in ROUNDED_KEYS:
             expected = pytest.approx(getattr(second, key), rel=1e-12, abs=0, nan_ok=True)
             assert getattr(channel, key) == expected, (name, key)
         for key in ("max", "rms"):
@@ -126,10 +126,10 @@ def test_the_impacts_of_random_tables_are_compared_alike(seed):
     window = rng.choice([0.125, 0.25, 1.0])
     time = np.linspace(0, 15, 41)
     masks = {place: rng.random(41) < 0.7 for place in ("ll", "ur", "lr")}
-    within = [second_judge.begins_in(of, time, masks) for of in (a, b)]
-    masked = begin_where(a, time, masks), begin_where(b, time, masks)
+    within = [second_judge.begins_in(table, time, masks) for table in (a, b)]
+    starts = begin_where(a, time, masks), begin_where(b, time, masks)
     assert_same_impacts(compare_impacts(a, b, window), second_judge.impacts(a, b, window))
-    assert_same_impacts(compare_impacts(a, b, window, masked), second_judge.impacts(a, b, window, *within))
+    assert_same_impacts(compare_impacts(a, b, window, starts), second_judge.impacts(a, b, window, *within))
 
 
 @pytest.mark.parametrize(

@@ -62,7 +62,7 @@ SQUEEZER = {
 @EACH
 def test_the_squeezer_ends_where_the_test_set_for_ivp_solvers_does(model, run):
     beta, theta, gamma, phi, delta, omega, epsilon = ANGLES
-    absolute = np.array([beta, beta + theta, gamma, phi + delta, delta, omega + epsilon, epsilon])
+    angles = np.array([beta, beta + theta, gamma, phi + delta, delta, omega + epsilon, epsilon])
     errors = []
     for setting, bound in SQUEEZER[model].items():
         columns = run(model, setting, "squeezer", {"output.samples": 100}).columns
@@ -70,7 +70,7 @@ def test_the_squeezer_ends_where_the_test_set_for_ivp_solvers_does(model, run):
         np.testing.assert_allclose(
             first, [14222.4439199541, 14222.4439199541 - 10666.83293996558], rtol=1e-11
         )
-        errors.append(np.abs([columns[f"K{k}.angle"][-1] for k in range(1, 8)] - absolute).max())
+        errors.append(np.abs([columns[f"K{k}.angle"][-1] for k in range(1, 8)] - angles).max())
         assert errors[-1] < bound
     require_second_order(model, [*SQUEEZER[model]], errors)
 

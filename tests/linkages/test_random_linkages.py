@@ -152,8 +152,8 @@ def disagreements(model, data, columns, events):
     )
     truth, *estimates = of_events
     tables += [([key], truth, estimates) for key in truth if truth[key].size]
-    for names, base, tabulated in tables:
-        exact, *others, array = (np.array([table[name] for name in names]) for table in (base, *tabulated))
+    for names, base, samples in tables:
+        exact, *others, array = (np.array([table[name] for name in names]) for table in (base, *samples))
         # Measured: across kinks of friction a start at 8 ms is off by 3e-10, 4e-11, 2e-10 s at 1e-10, 1e-11,
         # 1e-12; by rounding in depths of 1e-5 m forces have 1e-8 of theirs.
         spread = max(np.abs(array - other).max() for other in others)

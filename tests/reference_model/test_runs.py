@@ -109,16 +109,16 @@ def test_a_corner_pressed_deep_into_a_wall_is_stiff_and_an_implicit_method_integ
 @pytest.mark.parametrize("name", EACH)
 def test_what_is_asked_for_beyond_the_motion_does_not_change_it(run, name):
     """Motion, its extrema and the contacts, where nothing else is computed and where everything is."""
-    few, all_ = (run(EACH[name], {"drive.cycles": 0.1}, of) for of in ({"output.groups": []}, GROUPS))
-    assert len(few.columns) == 7
+    part, full = (run(EACH[name], {"drive.cycles": 0.1}, group) for group in ({"output.groups": []}, GROUPS))
+    assert len(part.columns) == 7
     # Of the ideal mechanism the terms have another order: rounding of 0.55 m and some m/s.
-    for channel, values in few.columns.items():
-        np.testing.assert_allclose(values, all_.columns[channel], rtol=0, atol=1e-14)
-    for channel, values in few.extrema.items():
+    for channel, values in part.columns.items():
+        np.testing.assert_allclose(values, full.columns[channel], rtol=0, atol=1e-14)
+    for channel, values in part.extrema.items():
         for end in ("min", "max"):
-            assert values[end] == pytest.approx(all_.extrema[channel][end], rel=0, abs=1e-14)
-    for column, values in few.events.items():
-        np.testing.assert_array_equal(values, all_.events[column])
+            assert values[end] == pytest.approx(full.extrema[channel][end], rel=0, abs=1e-14)
+    for column, values in part.events.items():
+        np.testing.assert_array_equal(values, full.events[column])
 
 
 @pytest.mark.parametrize("gain", [0.0, 3.0])
