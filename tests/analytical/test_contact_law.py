@@ -88,7 +88,7 @@ def test_a_damping_model_gives_its_restitution(scene, solver, damping_model, val
 
 
 def point_mass(data, mass, speed):
-    """A hit by the page's law: rebound speed, duration, largest depth and force; whether its wall pulls."""
+    """A hit by the page's law: rebound speed, duration, largest depth and force; flag of a pulling wall."""
     numbers = Numbers(data)
 
     def force(d, v):
@@ -108,7 +108,7 @@ def point_mass(data, mass, speed):
     return *hit, min(forces) == 0.0
 
 
-# Changes of the contact, and whether the wall would pull on the way out
+# Changes of the contact, and a flag of a wall that would pull on the way out
 HITS = {
     "elastic": ({"restitution": 1.0}, False),
     "adams, pulling": ({"stiffness": 1e9, "damping": 50.0, "damping_depth": 1e-6}, True),

@@ -36,7 +36,7 @@ def closed_form(scene, time):
     """Return y, velocity, acceleration of the slider, and the torque by which the crank keeps its speed.
 
     With the rocker's pivot on the crank's, crank, rod 2 and rocker are one triangle that turns with the
-    crank: a crank of the rocker's length. What is left is the slider-crank with an offset guide.
+    crank: a crank of the rocker's length. The rest is the slider-crank with an offset guide.
     """
     m, omega = scene["mechanism"], scene["drive"]["speed_rpm"] * np.pi / 30
     g = scene["environment"]["gravity"]

@@ -67,7 +67,7 @@ def browser():
 
 @pytest.fixture
 def show(browser, report):
-    """Return what opens the report or another page; an error, or a request that leaves it, fails the test."""
+    """Return a function that opens the report or another page; errors and other requests fail the test."""
     errors, contexts = [], []
 
     def open_page(width=1440, height=900, anchor="", path=report, **options):

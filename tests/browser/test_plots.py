@@ -153,10 +153,10 @@ def test_channels_and_ratio_can_be_chosen(show):
 
 def test_a_link_opens_tier_channels_and_range_and_follows_them(show):
     page = show(anchor="#underestimated")
-    # From another scene, as a click on a link does it; of what is not there the usual is shown.
+    # From another scene, as a click on a link does it; a channel that does not exist is ignored.
     page.evaluate("location.hash = '#press/tight/slider_vx,gone/0.1230-0.1400'")
     page.locator(f"{PLOTS} canvas").first.wait_for()
-    page.wait_for_timeout(1000)  # the plots of what is above get their heights
+    page.wait_for_timeout(1000)  # the plots above get their heights
     view = state(page)
     assert (view["tier"], view["shown"]) == ("tight", ["slider_vx"])
     assert all(each == pytest.approx([0.123, 0.14]) for each in view["ranges"])

@@ -1,6 +1,6 @@
 """The program as its users have it: exit code, lines and files of a command, and documented names of Python.
 
-Most commands are given in this process, as ``comparison.cli.main([...])``, which returns the exit code.
+Most commands run in this process, as ``comparison.cli.main([...])``, which returns the exit code.
 """
 
 import io
@@ -45,13 +45,13 @@ class Sixbar:
 
     @property
     def numbers(self):
-        """What the last command printed with ``--json``."""
+        """The JSON that the last command printed."""
         return json.loads(self.last.out)
 
     def __call__(self, *arguments, code=0, **variables):
         """Run a command in this process and require its exit code.
 
-        With packages or other variables of its own it is a process: workers that live on would not see these.
+        A command with packages or other variables of its own is a process: kept workers would not see these.
         """
         if variables.keys() - COMMAND_VARIABLES or len(self.sites) > 1:
             self.last = self.process(*map(str, arguments), code=code, env=variables)
@@ -125,7 +125,7 @@ class Sixbar:
         return json.loads(self.text(name))
 
     def junit(self, name):
-        """Test cases by suite and name: what each ends with, and its message; the counts are right."""
+        """Test cases by suite and name, each a tag and a message; require the right counts."""
         root, cases = ET.fromstring(self.text(name)), {}
         for suite in root.findall("testsuite"):
             for case in suite.findall("testcase"):
@@ -141,7 +141,7 @@ class Sixbar:
 def make(tmp_path_factory):
     """The program in a new folder, with a cache of the session, the models of `presses`, and unbroken lines.
 
-    Machine code may come from where the user's own runs left it: only the first run of a version compiles.
+    Machine code may come from the user's own cache: only the first run of a version compiles.
     """
     source, site = Path(__file__).with_name("presses.py").read_text("utf-8"), tmp_path_factory.mktemp("site")
     shutil.copy(fake_model.__file__, site)

@@ -42,7 +42,7 @@ def bash(tmp_path, sixbar):
 
 
 def use_action(bash, arguments):
-    """Run the steps of the action but the installation; return the name and exit code of each that ran."""
+    """Run the steps of the action except the installation; return the name and exit code of each that ran."""
     inputs = {name: arguments.get(name, text["default"]) for name, text in ACTION["inputs"].items()}
     assert set(arguments) <= set(inputs)
     codes = []

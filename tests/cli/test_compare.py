@@ -1,4 +1,4 @@
-"""How two tables are judged: by a tolerance, by further runs, at events; and what a comparison writes."""
+"""Verdicts on two tables: by a tolerance, by further runs, at events; and a comparison's files."""
 
 import json
 import shlex
@@ -22,7 +22,7 @@ CODES = {
     "f.csv g.csv --tolerance 0.5": (1, "differ"),  # the first is constant: only equal numbers agree
     "e.csv a.csv --tolerance 1e-3 --at-events left": (1, "differ"),
     "e.csv a.csv --tolerance 1e-3 --at-events right": (0, "agree"),
-    # A limit that decides nothing is warned of.
+    # A limit that decides nothing gives a warning.
     "a.csv b.csv --share 0.9": (3, "--share has no effect without a tolerance"),
     "a.csv b.csv --tolerance 1 --finer-a a.csv --finer-b b.csv": (0, "--tolerance has no effect: the unc"),
     "a.csv b.csv --finer-a a.csv --finer-b b.csv": (0, "a: runs at two settings are equal"),
@@ -46,7 +46,7 @@ REFUSALS = {
 
 @pytest.fixture(scope="module")
 def tables(make):
-    """Of a: b is off by 0.01 at 0.37 s; e twice at 0.5 s, first off by 0.3; f, g: a force; others: holes."""
+    """Table b is off a by 0.01 at 0.37 s; e has 0.5 s twice, first off by 0.3; f, g a force; others holes."""
     sixbar = make()
     sixbar.table("a.csv", time=TIME, x=X)
     sixbar.table("b.csv", time=TIME, x=X + 0.01 * (np.arange(101) == 37))
@@ -74,7 +74,7 @@ def test_exit_codes_verdicts_and_warnings(arguments, tables):
     process = tables("compare", *arguments.split(), code=code)
     assert message in process.out + process.err
     assert ("no effect" in process.err) == ("no effect" in message)
-    assert process.out.count("coverage") == 2 * ("finer" in arguments)  # which a tolerance knows nothing of
+    assert process.out.count("coverage") == 2 * ("finer" in arguments)  # a tolerance has no coverage
     assert process.lines[-1] == "reports/out/compare/report.html"
     assert (tables.folder / process.lines[-1]).is_file()
 
@@ -99,7 +99,7 @@ def test_the_numbers_are_written_for_programs(tables):
 
 
 def test_the_tolerance_and_the_scale_may_be_the_scenes(sixbar):
-    """Of x the scale is the clearance: 0.2 mm, or with ``[compare]`` in the scene, a share of that."""
+    """The scale of x is the clearance, 0.2 mm; ``[compare]`` in the scene gives the share of it."""
     scene = '[scene]\nextends = "150rpm-0.2mm"\n[output]\ngroups = []\nsamples_per_cycle = 50\n'
     sixbar.write("none.toml", scene)
     sixbar.write("some.toml", f"{scene}[compare]\ntolerance = 1e-2\n")
@@ -119,7 +119,7 @@ def test_the_tolerance_and_the_scale_may_be_the_scenes(sixbar):
 
 
 def test_what_is_left_out_on_purpose_is_not_listed(sixbar):
-    """But a velocity still interpolates its position, by a cubic: a line would be off by 9e-4 and more."""
+    """A velocity left out still interpolates its position, by a cubic: a line errs by 9e-4 and more."""
     columns = {"slider_x": np.sin(9 * TIME), "slider_vx": 9 * np.cos(9 * TIME)}
     sixbar.table("p.csv", time=TIME, **columns, slider_y=TIME, force=TIME)
     sixbar.table("q.csv", time=TIME[::2], **{name: column[::2] for name, column in columns.items()})
@@ -138,7 +138,7 @@ def test_what_is_left_out_on_purpose_is_not_listed(sixbar):
     "command", ["a.csv end.csv --common-time --period 0.7", "e.csv a.csv --at-events left"]
 )
 def test_the_command_of_a_report_repeats_what_was_asked(command, tables):
-    """Its numbers are those of the first call, whatever the options were."""
+    """The command gives the numbers of the first call, whatever the options were."""
     options = (
         "--tolerance 0.0123456789 --absolute --share 0.95 --time-tolerance 0.02 --channels x --mapping m.toml"
     )
@@ -162,7 +162,7 @@ def test_further_runs_judge_by_their_uncertainty_and_the_order_that_is_stated(si
         further = [f"--{kind}-{side}={name}-{ends[kind]}.csv" for kind, side, name in sides]
         return sixbar("compare", "p.csv", f"{other}.csv", "--json", *further, *options, code=code).err
 
-    assert "perturbed" in compare("q", "finer")  # there are none
+    assert "perturbed" in compare("q", "finer")  # there are no perturbed runs
     assert (sixbar.numbers["verdict"], sixbar.numbers["channels"]["y"]["coverage"]) == ("agree", 1.0)
     # The models are 2e-6 apart at most; their errors, and so their uncertainties, are 1e-6 and more.
     assert sixbar.numbers["channels"]["y"]["max_difference"] == pytest.approx(2e-6, rel=1e-3)
@@ -176,7 +176,7 @@ def test_further_runs_judge_by_their_uncertainty_and_the_order_that_is_stated(si
     assert ratios["2,2"] > 1.2 * ratios["2,4"]
     options = ["--refinement-a", "2,2", "--refinement-b=2,2", "--period", "0.7"]
     assert "perturbed" not in compare("r", "finer coarser perturbed perturbed", *options, code=1)
-    # Without an ensemble a difference beyond the uncertainty is one.
+    # Without an ensemble a difference beyond the uncertainty stands, unconfirmed.
     assert sixbar.numbers["confirmation"]["outcome"] == "unconfirmed"
     assert "--period 0.7" in sixbar.numbers["command"]
 

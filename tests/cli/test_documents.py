@@ -1,4 +1,4 @@
-"""Pages of docs/ that belong to no other test, followed as a reader would: outputs are those printed."""
+"""Pages of docs/ without another test, followed as by a reader: outputs are those of the page."""
 
 import contextlib
 import io
@@ -72,7 +72,7 @@ def test_the_change_of_the_page_on_contact_laws_fits_the_sources(sources):
 
 @pytest.mark.slow
 def test_the_law_of_the_page_on_contact_laws_is_one_of_both_models(sources, sixbar):
-    """It compiles both models anew; a slip in one of them would be a difference."""
+    """The test compiles both models anew; a slip in one of them would be a difference."""
     (sources / "mine.toml").write_text(block("docs/contact-law.md", "toml"), "utf-8")
     (words,) = commands("docs/contact-law.md")
     environment = os.environ | sixbar.environment | {"PYTHONPATH": str(sources), "COLUMNS": "80"}
@@ -89,8 +89,8 @@ NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 def require(reference, output):
     """Require the words of an output, and its numbers unless it says that runs agree.
 
-    What is left between runs that agree is rounding, and the machine's; so are coverage and ratio, which
-    rest on that of perturbed runs.
+    Runs that agree differ by rounding, which is the machine's; so are coverage and ratio, which
+    rest on the rounding of perturbed runs.
     """
     assert NUMBER.sub("#", output).split() == NUMBER.sub("#", reference).split()
     if " agree" not in reference:
@@ -142,6 +142,6 @@ def test_the_scene_of_its_page_is_planned_and_run_and_its_mistake_refused_as_pri
     for words in others:
         sixbar(*words, "--set", "drive.cycles=0.01")
     sixbar.write("pressed.toml", f'[scene]\nextends = "aluminium.toml"\n{block("docs/scenes.md", "toml", 1)}')
-    assert sixbar("plan", "pressed.toml").err == ""  # that a load has no effect would be a warning
+    assert sixbar("plan", "pressed.toml").err == ""  # a load without effect would give a warning
     ((command, page, _),) = re.findall(CONSOLE, block("docs/scenes.md", "console"), re.DOTALL | re.MULTILINE)
     assert sixbar(*shlex.split(command), code=2).err == page

@@ -16,7 +16,7 @@ UNEVEN_TIMES = np.sort(np.append(np.random.default_rng(1).uniform(0, 1, 99), [0.
 
 
 def frame(time, spike=None):
-    """Rows of a sine, but 1e6 in one of them."""
+    """Rows of a sine, with 1e6 in one of them."""
     x = np.sin(10 * np.asarray(time, dtype=float))
     if spike is not None:
         x[spike] = 1e6
@@ -60,7 +60,7 @@ def test_tables_of_one_span_are_compared_up_to_their_last_rows(case):
 
 
 def refusals(sixbar, first, second, options, *pieces):
-    """Require two texts of tables to be refused in either order, and return what is said."""
+    """Require two texts of tables to be refused in either order, and return the messages."""
     sixbar.write("a.csv", first)
     sixbar.write("b.csv", second)
     pairs = ("a.csv b.csv", "b.csv a.csv")
@@ -82,7 +82,7 @@ def test_an_end_row_behind_a_hole_does_not_hide_it(sixbar):
 
 
 def test_the_common_time_is_that_of_the_compared_rows():
-    """They may end first; a hole behind them is none."""
+    """The compared rows may end first; a hole behind them does not count."""
     for time, end in ((spans(1000, 3.9), 3), (np.append(spans(100, 5.0), spans(100, 9.0, 8.0)), 4)):
         a, b = frame(time), frame(spans(1))
         for pair in ((a, b), (b, a)):
@@ -92,7 +92,7 @@ def test_the_common_time_is_that_of_the_compared_rows():
 
 
 def events(time, at, value=99.0, pattern="{!r}"):
-    """Return the text of a table that has at one of its rows a second one with another value."""
+    """Return the text of a table with a second row, of another value, at the time of one row."""
     lines = ["time,x"]
     for t in np.asarray(time).tolist():
         lines.append(f"{pattern.format(t)},{float(np.sin(10 * t))!r}")
@@ -135,7 +135,7 @@ def test_both_rows_of_an_event_are_compared(first, second, verdict, sixbar):
 ROWS = "time,x\n0,1\n1,2\n2,3\n"
 OTHERS = ROWS.replace("1,2", "1,9")
 CONTACTS = "corner,start,end,normal_speed,impulse,peak_force,largest_depth\nll,0.5,1,1,1,1,1e-6\n"
-FOLDERS = {  # files besides run.csv of either folder, the exit code, and what is said
+FOLDERS = {  # files besides run.csv of either folder, the exit code, and pieces of the output
     "what belongs to no table is named": (
         {"config.json": "{}", ".hidden.csv": ROWS, "run.events.csv": CONTACTS, "run.json": "{}"},
         {"s/o.csv": ROWS, "t/": "", ".DS_Store": "\0"},
@@ -173,7 +173,7 @@ def test_nothing_of_a_folder_is_passed_over_in_silence(case, sixbar):
     assert all(piece in process.out + process.err for piece in message.split("|"))
 
 
-BESIDE = {  # a file beside run.csv, and what is said
+BESIDE = {  # a file beside run.csv, its text, and a piece of the warning
     "no JSON": ("run.json", "{not json", "run.json"),
     "nested": ("run.json", "[" * 10_000 + "]" * 10_000, "run.json"),
     "a scene of another kind": ("run.json", '{"scene": {"camera": [0, 0, 1]}}', ""),

@@ -70,7 +70,7 @@ def test_the_two_functions_of_the_page_load_neither_a_model_nor_a_compiler(judge
     out = subprocess.run([sys.executable, "-c", RUN], **options).stdout
     source = (ROOT / PAGE).read_text("utf-8")
     until, reference = (re.search(r"agree until (\S+) s", text)[1] for text in (out, source))
-    # Where a chaotic motion is lost follows the rounding of the machine: e-fold in some 0.5 s.
+    # The end of the agreement follows the machine's rounding: a chaotic motion grows e-fold in some 0.5 s.
     assert float(until) == pytest.approx(float(reference), abs=1.0)
     page = re.sub(r"(?s)<(script|style).*?</\1>|<[^>]*>", " ", sixbar.text("pendulum.html"))
     assert not re.findall(r"\b(press|slider|crank|tier|Exudyn)\b", page)
@@ -85,7 +85,7 @@ def test_the_pair_of_the_page_and_its_step_of_ci(judge_page):
     assert {path.name for path in (sixbar.folder / upload["with"]["path"]).iterdir()} == {
         "report.html", "junit.xml", "summary.md", "summary.json", "tables",
     }  # fmt: skip
-    # What was run is stored until a file has changed, or a module beside it.
+    # Runs are stored until a file has changed, or a module beside it.
     for name, until, code in (("solver.py", "any", 0), ("pendulum.py", "10", 3)):
         text = sixbar.text(name)
         sixbar.write(name, "raise SystemExit('it runs again')")

@@ -1,4 +1,4 @@
-"""Linkages from the command line, by both models: validation, gate, comparison, sweep; what is refused."""
+"""Linkages from the command line, by both models: validation, gate, comparison, sweep, refusals."""
 
 import json
 import re
@@ -16,7 +16,7 @@ def test_validate_and_gate_take_a_linkage(sixbar):
     sixbar.write("own.toml", text)
     sixbar("validate", "own.toml", "--out", "report", "--json")
     (scene,) = sixbar.numbers["scenes"]
-    assert not scene["warnings"]  # as of moved starts, of which there are none
+    assert not scene["warnings"]  # such as of moved starts: there are none
     assert scene["channels"]["ram.x"]["scale"] == pytest.approx(0.45)  # the rocker is longest
     page = sixbar.text("report/report.html")
     for part in ('data-body="rocker"', 'class="body slider"', "moveBodies", ">rocker</text>"):
@@ -51,7 +51,7 @@ def test_a_stored_table_of_others_is_judged_with_an_uncertainty_of_its_own(sixba
     """The slider-crank of Flores, Leine and Glocker before its first contact, by Siconos' SliderCrank.
 
     Every second row of SliderCrankMoreauJeanDirectProjectionOSI.ref, to seven digits or more. Its method is
-    of first order, with steps of 0.1 ms: u is half of what changes most in one of them, chosen once the
+    of first order, with steps of 0.1 ms: u is half of the largest change in one of them, chosen once the
     verdicts by shares of 0.01 to 1 were seen.
     """
     span = ("--set", "output.duration=2.6e-3", "--set", "output.samples=13")
@@ -67,7 +67,7 @@ def test_a_stored_table_of_others_is_judged_with_an_uncertainty_of_its_own(sixba
 
 
 def test_models_that_assemble_it_differently_are_not_compared(sixbar):
-    """Rod and cylinder of an inverted slider-crank lie either way round; nothing says which."""
+    """Rod and cylinder of an inverted slider-crank lie either way round; the scene does not say which."""
     text = """
         body.crank = {length = 0.06, centroid = 0.02, mass = 0.5, inertia = 4e-4}
         body.rod = {length = 0.18, centroid = 0.08, mass = 0.4, inertia = 1.2e-3}
@@ -87,7 +87,7 @@ def test_models_that_assemble_it_differently_are_not_compared(sixbar):
 
 def test_tables_of_a_linkage_are_compared_plotted_and_swept(sixbar):
     sixbar("run", "four-bar", "--model", "reference", "--out", "a.csv", "--set", "drive.cycles=0.1")
-    assert not [*sixbar.folder.glob("*.events.csv")]  # of contacts, of which there are none
+    assert not [*sixbar.folder.glob("*.events.csv")]  # there are no contacts
     # The drive's speed is constant.
     assert "crank.alpha    unexcited" in sixbar("compare", "a.csv", "a.csv", "--tolerance", "1e-6").out
     sixbar("plot", "a.csv", "--channels", "coupler.x,drive.torque", "--out", "p.svg")

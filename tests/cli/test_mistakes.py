@@ -178,7 +178,7 @@ def test_names_that_are_no_text_or_would_colour_a_terminal(sixbar):
 
 
 def test_a_scene_may_begin_with_a_byte_order_mark(sixbar):
-    """As editors of Windows write it."""
+    """Editors of Windows write it."""
     text = '[scene]\nextends = "ideal"\n'
     sixbar.write("plain.toml", text)
     sixbar.write("marked.toml", text.encode("utf-8-sig"))

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-PATIENCE = 600.0  # s; how long something may take on a busy machine that takes a second on an idle one
+PATIENCE = 600.0  # s; limit on a busy machine for what takes a second on an idle one
 VALIDATE = ["validate", "--models", "alpha,beta", "--out", "v", "-q", "--jobs", "1"]
 RUN = ["run", "--model", "beta", "--out", "x.csv", "-q"]
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals and devices of POSIX")
@@ -30,7 +30,7 @@ def start_hanging(sixbar, *arguments, **options):
 
 
 def interrupt(sixbar, *arguments, by=signal.SIGINT):
-    """Start a command, interrupt it as a terminal does once a run hangs, and return what it printed."""
+    """Start a command, interrupt it as a terminal does once a run hangs, and return its output."""
 
     def ended():
         try:
@@ -39,7 +39,7 @@ def interrupt(sixbar, *arguments, by=signal.SIGINT):
             return True
         return False
 
-    # What runs in the background hands down that SIGINT is ignored.
+    # A job in the background hands down that SIGINT is ignored.
     options = {"preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL), "start_new_session": True}
     process, log = start_hanging(sixbar, *arguments, **options)
     os.killpg(process.pid, by)
@@ -72,7 +72,7 @@ def test_ctrl_c_before_anything_is_finished_writes_nothing(sixbar):
 
 
 def test_a_worker_that_is_killed_costs_its_run_alone(sixbar):
-    """As where memory runs out: the other runs of the scene and the other scene go on."""
+    """The other runs of the scene and the other scene go on, as where memory runs out."""
     scenes = sixbar.press("hang", beta='does = "hang"'), sixbar.press("good", beta="tolerance = 5e-9")
     (process, log), pids = start_hanging(sixbar, *VALIDATE, "--quick", *scenes), set()
 

@@ -1,4 +1,4 @@
-"""Names that README.md and docs/*.md give to programs: the examples run, and do what is said of them."""
+"""Names of Python in README.md and docs/*.md: the examples run, and do what their page says."""
 
 import doctest
 import io
@@ -73,7 +73,7 @@ SPIKE = A.assign(slider_x=A.slider_x + 8.0 * (A.index == 3))
 
 
 def test_the_fixture_of_pytest_has_tolerances_of_single_channels(assert_agree):
-    """One is off by 1e-4 of at most 1, and its range is 0.08."""
+    """One channel is off by 1e-4 of at most 1; its range is 0.08."""
     tolerance, override = {"tolerance": 1e-9}, {"tolerances": {"slider_vx": 1.01e-4}, "absolute": True}
     assert_agree(A, B, channels=["slider_x"], **tolerance)
     assert_agree(A, B, tolerances={"slider_vx": 1e-2}, **tolerance)
@@ -128,7 +128,7 @@ def test_a_written_expected_table_is_accepted_by_the_next_test(kind, end, assert
 
 
 def test_a_mapping_of_the_second_table_serves_the_fixture(assert_agree, tmp_path):
-    """In mm with the other sign: of a table expected, given or written."""
+    """The mapping is from mm with the other sign; the expected table is given or written."""
     table = pd.DataFrame({"Time": TIME, "disp": -1e3 * A.slider_x, "vel": -1e3 * A.slider_vx})
     rules = (("disp", "x", "mm"), ("vel", "vx", "mm/s"))
     lines = [f'[b.{key}]\nchannel = "slider_{name}"\nunit = "{unit}"\nsign = -1' for key, name, unit in rules]
@@ -139,7 +139,7 @@ def test_a_mapping_of_the_second_table_serves_the_fixture(assert_agree, tmp_path
         assert_agree(path, table, mapping=mapping, tolerance=1e-9)
     assert path.read_text().startswith("time [s],slider_x [m],slider_vx [m/s]")
     assert_agree(path, table, mapping=mapping, tolerance=1e-9)
-    # Rules for the first table alone: what is written from the second cannot follow them.
+    # Rules for the first table alone: a table written from the second cannot follow them.
     mapping.write_text('[a.ours]\nchannel = "slider_x"\nunit = "m"')
     with pytest.raises(AssertionError, match=r"'ours' is not in .*late\.csv is not written$"):
         assert_agree(tmp_path / "late.csv", A, mapping=mapping, tolerance=1e-9)

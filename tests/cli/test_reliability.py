@@ -37,7 +37,7 @@ def write(sixbar, name, error):
 
 @pytest.fixture
 def tables(sixbar):
-    """One is off by 50 um and the ramp, the other one, of positions alone, by 80 um."""
+    """One table is off by 50 um and the ramp, the other one, of positions alone, by 80 um."""
     sixbar.table("a.csv", **COLUMNS)
     write(sixbar, "b.tab", 8e-5)
     for name, time in (("ideal", TIME), ("late", TIME + 0.1)):
@@ -80,7 +80,7 @@ def test_two_foreign_tables(tables):
 
 
 def test_an_ideal_table_has_the_rules_of_the_program_that_wrote_it(tables):
-    """Without rules of its own; here of the second."""
+    """A table without rules of its own takes those of its program, here of the second."""
     tables.write("names.toml", MAPPING[: MAPPING.index("ideal.y")])
     write(tables, "ideal.tab", 0.0)
     tables(*COMMAND.replace("ideal.csv", "ideal.tab").split(), "--period", CYCLE, "--json", code=3)
@@ -92,7 +92,7 @@ def test_an_ideal_table_has_the_rules_of_the_program_that_wrote_it(tables):
 
 @pytest.mark.parametrize(
     ("change", "code", "verdict"),
-    # By which the error of the first cycle is larger, and that of the second smaller. The interval, by
+    # The change enlarges the error of the first cycle and lessens that of the second. The interval, by
     # Student's distribution with one degree of freedom, is +- 12.7 of that, here of R 4.9e-4 and 4.9e-2.
     [(1e-8, 0, "agree"), (1e-6, 3, "undecided")],
 )

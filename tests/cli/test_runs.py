@@ -1,4 +1,4 @@
-"""What `run`, `plan`, `scenes`, `channels`, `plot`, `animate`, `settings` and `study` print and write."""
+"""Output of `run`, `plan`, `scenes`, `channels`, `plot`, `animate`, `settings` and `study`."""
 
 import csv
 import json
@@ -49,7 +49,7 @@ HEAVY = {"pandas", "scipy", "numba", "exudyn", "matplotlib", "rich"}
     ("arguments", "heavy"), [(["--version"], {*HEAVY, "numpy", "pydantic"}), (RUN, HEAVY)]
 )
 def test_a_command_imports_nothing_heavy_that_it_does_not_need(arguments, heavy, sixbar):
-    """And so is quick: help takes 0.15 s where it was written."""
+    """Such a command is quick: help takes 0.15 s on its author's machine."""
     code = f"import sys; from comparison.cli import main; main({arguments}); print(*sys.modules)"
     process = subprocess.run([sys.executable, "-c", code], cwd=sixbar.folder, capture_output=True, check=True)
     first, *_, last = process.stdout.decode().splitlines()
@@ -188,14 +188,14 @@ def test_an_accuracy_in_metres_is_estimated_by_further_runs(sixbar):
     record = sixbar.json("x.json")["accuracy"]
     assert record["kept"] is False
     assert record["limit"] in ("the finest setting errs more", "neighbouring trajectories diverge")
-    assert len(columns(sixbar, "x.csv")["time"]) == 41  # the best one
-    # Nobody measured this scene: it says how to find out.
+    assert len(columns(sixbar, "x.csv")["time"]) == 41  # of the best run
+    # Nobody measured this scene: the output says how to do it.
     assert "estimate it by --check" in sixbar(*SLIDE, "--accuracy", "draft").out
     assert "estimated error of slider_x" in sixbar(*SLIDE, "--check").out
 
 
 PARTIAL_FILES = {"x.partial.csv", "x.partial.events.csv", "x.partial.json"}
-FAILURES = {  # others are those of `validate`
+FAILURES = {  # others are in test_validate.py
     "violate": (2, "invariant-violated; open-depth: ", PARTIAL_FILES),
     "nan": (2, "slider_vy is nan in data row 8", set()),
     "die": (70, "its process ended with code 3", set()),

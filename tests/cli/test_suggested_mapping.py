@@ -1,4 +1,4 @@
-"""``sixbar compare --suggest-mapping``: what it writes is right, says what it rests on, and can be used."""
+"""``sixbar compare --suggest-mapping``: the mapping is right, states its evidence, and can be used."""
 
 import tomllib
 
@@ -78,7 +78,7 @@ def test_what_the_data_do_not_show_is_listed(case, sixbar):
 
 @pytest.mark.parametrize("names", ["t,x,y,phi t,px,py,phi_2", "time,x,y,q time,x,y,q", "t,a,b,c t,d,e,f"])
 def test_two_tables_without_units_are_compared_as_numbers(names, sixbar):
-    """Of channels of one's own, by the mapping as it is written; what differs is found."""
+    """The mapping as written defines channels of its own; a difference is found."""
     for name, header, change in zip(["a.csv", "b.csv"], names.split(), [0, 1e-3], strict=True):
         x, y, angle, _ = MOTION.values()
         columns = (TIME, x, y, angle * (1 + change))
@@ -92,7 +92,7 @@ def test_two_tables_without_units_are_compared_as_numbers(names, sixbar):
 
 @pytest.mark.parametrize(("name", "increases"), [("t_ms", True), ("mark", False)])
 def test_a_time_of_another_name_is_the_first_column_that_increases(sixbar, name, increases):
-    """Without one nothing is assigned."""
+    """Without such a column nothing is assigned."""
     rows = "".join(f"{k if increases else k % 2},{k % 7}\n" for k in range(50))
     for table in "ab":
         sixbar.write(f"{table}.csv", f"{name},x\n{rows}")

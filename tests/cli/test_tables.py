@@ -1,4 +1,4 @@
-"""Tables of other programs: what is read, in which units and by which names, and what is refused.
+"""Tables of other programs: values, units and names that are read, and tables that are refused.
 
 Most have three columns, time, x and v.
 """
@@ -85,7 +85,7 @@ def test_a_mapping_defines_channels_of_its_own(sixbar):
     result = comparison(0.0, 1e-9)  # conversions round at 1e-15
     assert result.verdict == "agree"
     assert (result.channels["knee"].unit, result.channels["knee"].scale) == ("deg", 60.0)
-    # Both have it per body weight: its scale is the range of the first, as the factor makes it.
+    # Both have it per body weight: its scale is the range of the first, times the factor.
     assert result.channels["moment"].scale == pytest.approx(736 * np.ptp(X), rel=1e-12)
     # Allowed are 0.3 and 0.6 degrees.
     assert comparison(0.5, 0.005).channels["knee"].verdict == "differ"

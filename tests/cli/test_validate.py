@@ -37,7 +37,7 @@ def report(make):
 
 
 def test_of_several_verdicts_the_worst_one_is_the_exit_code(report):
-    """Which are 70, 2, 1, 3, 0. Indeterminate may be allowed. The runs are those of the report."""
+    """From the worst they are 70, 2, 1, 3, 0; indeterminate may be allowed. The runs are the report's."""
     sixbar, _ = report
     for command, code in (
         ("vague.toml -q", 3),
@@ -132,7 +132,7 @@ def test_a_scene_that_fails_leaves_the_others_compared_and_reported(does, report
     assert rows == [[does, "standard", "cannot", "compare"]]
     ((tag, message),) = [end for (suite, _), end in sixbar.junit("v/junit.xml").items() if suite == does]
     assert (tag, REASONS[does] in message) == ("error", True)
-    # What there is of the run is kept and named; where an exception of a model came from too.
+    # Part of a table and the traceback of a model are kept and named.
     run = f"{does}.standard-beta-base"
     files = {f"v/tables/{run}.partial.csv": ("fail",), f"v/{run}.traceback.txt": ("bug",)}
     for path, causes in files.items():
@@ -142,7 +142,7 @@ def test_a_scene_that_fails_leaves_the_others_compared_and_reported(does, report
 
 
 def test_each_command_of_a_report_repeats_the_changed_scene(sixbar):
-    """Its name, and so its folder, differs from that of the file."""
+    """The scene's name, and so its folder, differs from the file's."""
     sixbar.press("my scenes/own", beta='does = "differ"')
     base = ["my scenes/own.toml", "--set", "drive.speed_rpm=140", "--set", "drive.cycles=0.5"]
     options = ["--quick", "--models", "alpha,beta"]
@@ -181,7 +181,7 @@ def count_runs(sixbar):
 
 
 def test_finished_runs_are_kept_but_for_a_change_of_the_physics_and_what_failed(sixbar, count_runs):
-    """That may succeed at the next call: of the ideal mechanism, for the reliability."""
+    """A failed run may succeed at the next call; here it is of the ideal mechanism, for the reliability."""
     path = sixbar.press("guided", beta='does = "free"')  # beta refuses a guide without clearance
     assert count_runs(path) > 10  # five of each model, and more
     sixbar.write(path, sixbar.text(path).replace("[scene]", '[scene]\ntitle = "B"'))
@@ -192,7 +192,7 @@ def test_finished_runs_are_kept_but_for_a_change_of_the_physics_and_what_failed(
 
 
 def test_without_an_uncertainty_the_tolerance_of_the_scene_decides(sixbar):
-    """A tolerance that is no number of its kind is not refined: the text of a whole one is an integer."""
+    """An integer tolerance is not refined: TOML reads a whole number as an integer."""
     tolerance, exact, quick = "[compare]\ntolerance = 1e-9\n", "tolerance = 0", [*OUT, "--quick"]
     sixbar("validate", sixbar.press("one", tolerance, alpha=exact, beta=exact), *quick)
     path = sixbar.press("one", tolerance, alpha=exact, beta=f'{exact}\ndoes = "differ"')
@@ -203,7 +203,7 @@ def test_without_an_uncertainty_the_tolerance_of_the_scene_decides(sixbar):
 
 
 def test_of_three_models_the_outlier_is_named(sixbar):
-    """One that fails leaves the others compared; one without an uncertainty leaves them undecided."""
+    """A model that fails leaves the others compared; one without an uncertainty leaves them undecided."""
     outcomes = {"odd": "outlier", "lost": "agree", "unsure": "undecided"}
     gammas = ('does = "differ"', 'does = "fail"', "tolerance = 0")
     paths = [sixbar.press(name, gamma=gamma) for name, gamma in zip(outcomes, gammas, strict=True)]

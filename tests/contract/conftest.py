@@ -77,7 +77,7 @@ class Run:
 
     @property
     def reference(self):
-        """Whether it is one of the reference model's."""
+        """True for a run of the reference model."""
         return self.variant.model is reference_model
 
     def contacts(self, corner):

@@ -41,7 +41,7 @@ def assert_enclosed(simulation, name, extremes, within=slice(None)):
     """Require extrema (least, its time, most, its time) of samples, and within their time."""
     least, at_least, most, at_most = extremes
     time, values = simulation.columns["time"][within], simulation.columns[name][within]
-    # The samples are others than the states that extrema are taken from. These are a thousandth of a cycle
+    # Extrema are taken from other states than the samples. These states are a thousandth of a cycle
     # apart, in a contact a sixteenth of its half wave: 1 - cos(pi / 32) = 5e-3. The residual has no range, it
     # is an error.
     reach = np.inf if name == "energy_residual" else 5e-3 * np.ptp(simulation.columns[name])
@@ -76,7 +76,7 @@ def test_a_turning_point_inside_a_step_is_an_extremum(run, variant):
 
 
 def test_extrema_of_each_cycle_lie_in_it_and_those_of_the_run_follow_from_them(run, variant):
-    """Of a cycle and a fifth, fast, so that they take steps for a few milliseconds of each."""
+    """The run is a cycle and a fifth, fast, so that models take steps for a few milliseconds of each."""
     changes = {"drive.speed_rpm": 1500.0, "drive.cycles": 1.2, "initial.slider_omega": 0.2}
     simulation = run(variant, "150rpm-0.2mm", {**changes, "output.samples_per_cycle": 1000})
     by_cycle = simulation.result.cycle_extrema

@@ -1,4 +1,4 @@
-"""Which keys of a contact its law uses: the warning of those without effect is what the models do."""
+"""Keys of a contact that its law uses: both models ignore exactly those that give a warning."""
 
 from pathlib import Path
 from typing import get_args

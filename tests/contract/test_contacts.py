@@ -9,7 +9,7 @@ from scipy.integrate import trapezoid
 
 
 def test_table_of_contacts_is_that_of_the_samples(short_run):
-    """In order; outside its contacts a corner is open and free, inside it is in the wall; peaks, impulses."""
+    """Rows are in order; a corner is open outside its contacts, in the wall inside them; peaks, impulses."""
     events, time = short_run.result.events, short_run.columns["time"]
     assert events["start"].size >= 10
     assert set(events["corner"]) <= set(CORNERS)
@@ -49,7 +49,7 @@ def test_table_of_contacts_is_that_of_the_samples(short_run):
 
 
 def assert_pulses(simulation):
-    """Sorted, within their contacts, up to the peak; those of Exudyn have the impulse, too."""
+    """Require sorted pulses within their contacts, up to the peak; those of Exudyn have the impulse, too."""
     events, pulses = simulation.result.events, simulation.result.pulses
     row, time, force = (pulses[name] for name in ("row", "time", "force"))
     assert np.all(np.diff(row) >= 0)
@@ -103,7 +103,7 @@ def test_a_grazing_touch_within_one_step_is_seen(run, variant):
     ids=["dense", "flat"],
 )  # fmt: skip
 def test_a_side_of_a_foundation_has_one_row_a_contact(run, variant, changes, count):
-    """From the first corner's touch, at its speed, to the last one's separation, by the gaps alone."""
+    """A row lasts from the first corner's touch, at its speed, to the last one's separation, by the gaps."""
     simulation = run(variant, "150rpm-0.2mm", changes | {"contact.law": "foundation"})
     assert_pulses(simulation)
     events, columns, time = simulation.result.events, simulation.columns, simulation.columns["time"]
@@ -159,7 +159,7 @@ BOUNCES = {
 
 @pytest.mark.parametrize("variant", ["reference-minimal", "exudyn-full", "exudyn-index2", "exudyn-tree"])
 def test_the_journal_starts_centred_and_touches_where_its_distance_is_the_clearance(run, variant):
-    """And its table of contacts is that of the samples."""
+    """The journal's table of contacts is that of the samples."""
     simulation = run(variant, "crank-pin", BOUNCES)
     columns, time = simulation.columns, simulation.columns["time"]
     e = columns["journal_x"] + 1j * columns["journal_y"]

@@ -1,6 +1,6 @@
 """The names of an accuracy keep their error bounds, on every shipped scene from another start.
 
-Exact is what the reference gives at 1e-14 from the same start. This start lies between those of the
+The reference at 1e-14 from the same start is exact. This start lies between those of the
 table, which are whole multiples of 10 nm.
 """
 
@@ -22,7 +22,7 @@ SHIFT = 3.5e-8
 
 @cache
 def shifted_scene(name):
-    """The first cycle of a shipped scene, or what it has of it, from the moved start."""
+    """The first cycle of a shipped scene, or its part of one, from the moved start."""
     scene = load_scene(name)
     offset = scene.data["initial"]["slider_offset"] + SHIFT
     cycles = min(1.0, scene.data["drive"]["cycles"])
@@ -42,7 +42,7 @@ def exact(name):
 
 CASES = [
     *((name, "reference", "minimal") for name in shipped_scenes()),
-    # Against the other model: an error that the tree's own finest run shared would be seen.
+    # The other model is exact: the tree's own finest run might share an error.
     *((name, "exudyn", "tree") for name in shipped_scenes() if load_scene(name).loose),
     # Some 15 s a scene
     *(pytest.param(name, "exudyn", "full", marks=pytest.mark.slow) for name in shipped_scenes()),

@@ -22,7 +22,7 @@ def test_each_run_is_checked(short_run):
 def test_no_random_press_breaks_one(run, variant, seed):
     """Run 0.01 s from anywhere between the walls, or from 4 um inside of one, moving into it.
 
-    A force that jumps, of the paper's law, has no potential and gives the slider what energy it likes: it may
+    A force that jumps, of the paper's law, has no potential and gives the slider any energy: it may
     fly at a speed that a fixed step does not follow, so that five bodies go without it.
     """
     rng = np.random.default_rng([seed, *variant.encode()])
@@ -52,7 +52,7 @@ def test_the_balance_of_energy_closes(run, variant, name):
     parts = {key: simulation.columns[f"energy_{key}"] for key in ("drive", "gravity", "damping", "friction")}
     loss = parts["damping"] + parts["friction"]
     # Integrated with the motion at 1e-12; by the trapezoidal rule over steps of 2e-6 s through hits of
-    # 1.5e-4 s, (1/75)^2 of what they take.
+    # 1.5e-4 s, (1/75)^2 of their losses.
     assert loss[-1] > 1e-5
     residual = np.abs(simulation.columns["energy_residual"]).max()
     bound = (1e-8 if simulation.reference else 1e-3) * loss[-1]

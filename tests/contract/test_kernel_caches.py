@@ -39,9 +39,9 @@ DAMAGES = {
 
 
 def call(folder, cache, *names, scale=SCALE, value=6.0, env=None):
-    """Call kernels of both packages in a process; which of them came from the cache, and its stderr.
+    """Call kernels of both packages in a process; return flags of those from the cache, and stderr.
 
-    They are in a file of ``folder``; ``cache`` is its SIXBAR_CACHE_DIR, ``env`` more of its environment,
+    Their file is in ``folder``; ``cache`` is its SIXBAR_CACHE_DIR, ``env`` more of its environment,
     ``scale`` the text that defines or imports the function which they call with 2, to get ``value``.
     """
     script, text = folder / "caller.py", "kernels, seals = [], []\n"
@@ -61,7 +61,7 @@ def call(folder, cache, *names, scale=SCALE, value=6.0, env=None):
 
 
 def every(stored, *names):
-    """What `call` says if all of these kernels came from the cache, or none."""
+    """The flags of `call` if all of these kernels came from the cache, or none."""
     return {f"{package}_{name}": stored for package in IMPORTS for name in names or ("scaled",)}
 
 
@@ -107,7 +107,7 @@ def test_an_empty_variable_is_one_that_is_not_set(tmp_path):
 
 
 def test_where_nothing_can_be_stored_a_process_compiles_and_says_so_in_one_warning(tmp_path):
-    """Below a file, or at the home of a user without an entry in the password file."""
+    """The cache is below a file, or at the home of a user without an entry in the password file."""
     (tmp_path / "file").touch()
     (tmp_path / "sitecustomize.py").write_text("import pwd\npwd.getpwuid = {}.__getitem__\n")
     variables = {"HOME": "", "XDG_CACHE_HOME": "", "PYTHONPATH": os.pathsep.join([str(tmp_path), PATH])}

@@ -49,14 +49,14 @@ MOTIONS = {
     },
     "both-clearances": {"drive.cycles": 0.0195, "contact.law": "adams-impact"},
 }  # fmt: skip
-# Largest difference of a channel from this engine's, relative to its range; 1.3e-8 is found. The integrators
+# Largest difference of a channel from this engine's, relative to its range; 1.3e-8 measured. The integrators
 # keep their errors below 1e-12 (this one) to 1e-10 rad a step, and forces are those of depths of 1e-6 m.
 LARGEST = 1e-7
 
 
 @pytest.fixture(scope="module")
 def solution():
-    """What the engine gives of a scene at some times, found once."""
+    """The engine's solution of a scene at some times, computed once."""
     solutions = {}
 
     def solve(name, scene, times):
@@ -84,7 +84,7 @@ def test_an_engine_made_from_the_page_gives_what_the_models_give(run, solution, 
     for contact, start, end, speed in table:
         at = np.argmin(np.abs(events["start"] - start) + (events["corner"] != contact))
         assert events["corner"][at] == contact
-        # Found are 5e-13 s: at 0.03 m/s that is 1e-14 m, what the integrators leave of the gap.
+        # Measured are 5e-13 s: at 0.03 m/s that is 1e-14 m, the integrators' error of the gap.
         assert events["start"][at] == pytest.approx(start, abs=1e-11)
         assert events["end"][at] == pytest.approx(end, abs=1e-11)
         assert events["normal_speed"][at] == pytest.approx(speed, rel=LARGEST)

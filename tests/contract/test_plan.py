@@ -1,4 +1,4 @@
-"""The plan of a run is what the models do: names, channels left out, the smallest by default."""
+"""The plan of a run agrees with the models: names, channels left out, the smallest by default."""
 
 import pytest
 from reference_states import IDEAL, PIN
@@ -30,7 +30,7 @@ def test_the_model_records_the_formulation_that_was_planned(model, joints, group
     if model == "reference":
         assert (scheme.coordinates, scheme.constraints) == (2 * clearances, 0)
     elif groups or joints == "none":
-        # What the constraints leave of 15 coordinates: two for each clearance.
+        # The constraints leave two of 15 coordinates for each clearance.
         assert scheme.coordinates - scheme.constraints == 2 * clearances
     else:
         assert scheme.coordinates == {"slider": 2, "pin": 3, "both": 4}[joints]

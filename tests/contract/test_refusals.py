@@ -123,7 +123,7 @@ def draw_scene(seed, number):
 
 
 def test_random_scenes_at_the_ends_of_every_key_are_refused_by_both_models_or_by_none():
-    """Keys of a solver are its own: the reference's tolerance beside a clearance over a rod's length."""
+    """Keys of a solver do not count, as the reference's tolerance beside a clearance over a rod's length."""
     ends = Counter()
     for number in range(300):
         if (scene := draw_scene(1, number)) is None:
@@ -151,6 +151,6 @@ def test_random_scenes_at_the_ends_of_every_key_are_refused_by_both_models_or_by
     ],
 )
 def test_five_bodies_run_what_both_checks_let_through(base, changes):
-    """With whichever status; neither an internal error nor what looks like a refusal."""
+    """Any status will do; an internal error or a kind of refusal will not."""
     scene = load_scene(base, SHORT | {"solver.exudyn.formulation": "full"} | changes)
     assert exudyn_model.simulate(scene.data).provenance["formulation"] == "five bodies"

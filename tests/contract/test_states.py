@@ -60,7 +60,7 @@ TURNS = {
     "load": {"load.force": 500.0},
     "about x": ABOUT_X,
 }
-# Of positions, velocities and the rest, relative to the largest value in the same unit: rounding; what
+# Bounds of positions, velocities and the rest, relative to the largest value in the same unit: rounding; what
 # Baumgarte's terms and Newton's method leave of the constraints, and of rates those of position alone (full).
 # Two to ten times what was measured.
 BOUNDS = {
@@ -79,7 +79,7 @@ INTEGRALS = {"time", *(f"energy_{name}" for name in ("drive", "gravity", "dampin
 
 
 def assert_page(simulation, engines, rows, bounds, ringing=0.0):
-    """Compare all channels but sums over time with the page's in these rows."""
+    """Compare all channels except sums over time with the page's in these rows."""
     columns, largest = simulation.columns, {}
     units = {name: channels()[name].unit for name in columns if name not in INTEGRALS}
     for name, unit in units.items():

@@ -1,4 +1,4 @@
-"""Where in a step of a tree a distance first vanishes: found for certain, however often it turns."""
+"""The first zero of a distance in a step of a tree is found, however often the distance turns."""
 
 import numba
 import numpy as np
@@ -23,7 +23,7 @@ def search_polynomial(polynomial):
 
 
 def first_stop(polynomial):
-    """Fraction up to which an integration goes that takes, time and again, the step that it is told."""
+    """Fraction at which an integration stops that takes the recommended step again and again."""
     until = 1.0
     for _ in range(60):
         fraction = search_polynomial(polynomial(Polynomial([0.0, until])))
@@ -39,7 +39,7 @@ def first_stop(polynomial):
     side=st.sampled_from([-1.0, 1.0]),
 )
 def test_what_stays_away_from_the_wall_is_settled_and_what_passes_is_stopped_before(thousandths, lift, side):
-    """Lifted so that its least value is above the wall, or below; of a millimetre, in m."""
+    """A distance of a millimetre is lifted so that its least value is above the wall, or below; in m."""
     wave = Chebyshev(np.array(thousandths) / 1e6, domain=[0.0, 1.0])
     polynomial = wave.convert(kind=Polynomial)
     turns = [root.real for root in polynomial.deriv().roots() if abs(root.imag) < 1e-6 and 0 < root.real < 1]

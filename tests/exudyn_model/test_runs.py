@@ -1,4 +1,4 @@
-"""Runs of every formulation: settings, refusals, failures and what they say to try, order and steps."""
+"""Runs of every formulation: settings, refusals, failures and their remedies, order and steps."""
 
 import numpy as np
 import pytest
@@ -92,7 +92,7 @@ def test_ctrl_c_in_progress_arrives_unchanged(make_scene, tree):
 
 
 # Where touches fall in their steps scatters the order, 1.93 measured of the foundation: the first impact, of
-# a whole side, lasts 18 of the largest steps. Last: how far it may be off, and the bound of the last error, m
+# a whole side, lasts 18 of the largest steps. Last: its tolerance, and the bound of the last error, m
 ORDERS = [
     ({}, [8e-6, 4e-6, 2e-6, 1e-6], "generalized-alpha", 0.25, 5e-9),
     ({}, [8e-6, 4e-6, 2e-6, 1e-6], "trapezoidal-index2", 0.3, 5e-9),
@@ -102,7 +102,7 @@ ORDERS = [
 
 @pytest.mark.parametrize(("law", "steps", "method", "within", "bound"), ORDERS)
 def test_the_error_of_five_bodies_is_of_second_order(run, law, steps, method, within, bound):
-    """Against the tree; seven contacts in 0.1 cycles."""
+    """The tree is exact; there are seven contacts in 0.1 cycles."""
     exact = run(law, {"drive.cycles": 0.1}, tree=1e-11)
     changes = law | {"drive.cycles": 0.1, "solver.exudyn.method": method}
     runs = [run(changes, {STEP: step}) for step in steps]

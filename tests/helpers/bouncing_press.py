@@ -66,7 +66,7 @@ def bounce(start, drift):
 
 
 def columns_of(run, time):
-    """Every channel from the bouncing mass: what is not its own motion follows from it or stays zero."""
+    """Every channel from the bouncing mass: the others follow from its motion or stay zero."""
     x, v, a, left, right = run
     phase = 2 * pi * time / PERIOD
     side = 0.2 * np.sin(phase)

@@ -31,7 +31,7 @@ class Fake:
     draw: Callable[[np.random.Generator], float]
     """Relative error, late in the run, of one whose start was moved."""
     bias: tuple[float, float] = (0.0, 0.0)  # of either model, late in the run, whatever the start
-    succeed: int | None = None  # how many runs of an ensemble do; None: all
+    succeed: int | None = None  # number of runs of an ensemble that do; None: all
 
     def table(self, late_error, error=0.0):
         data = self.scene.data
@@ -40,7 +40,7 @@ class Fake:
         return Table(pd.DataFrame(self.signals(self.scene.data, 0.0, errors)), EVENTS)
 
     def family(self, side, late_error=0.0):
-        """Return runs that lie together, by chance or because this is all there is."""
+        """Return runs that lie together, by chance or since there are no others."""
         late_error += self.bias[side]
         return Runs(
             self.table(late_error),

@@ -1,4 +1,4 @@
-"""A model with a known answer and error, in place of a simulation; what it does depends on the gravity.
+"""A model with a known answer and error, in place of a simulation; the gravity selects its behaviour.
 
 The tests copy this file to a folder as ``reference_model`` and as ``exudyn_model``, so that worker processes
 import it under these names.
@@ -102,7 +102,7 @@ def linkage_signals(scene, error, stretch):
 
 
 def sensitivity(scene):
-    """An error of up to 1e-5 that depends on the direction of a start's shift: none for a perturbed run's."""
+    """An error of up to 1e-5 by the direction of a start's shift; zero for that of a perturbed run."""
     offset = abs(scene["initial"]["slider_offset"] - 5e-5)
     arc = abs(scene["initial"]["slider_angle"] * scene["mechanism"]["slider"]["length"])
     return 1e-5 * (offset - arc) / (offset + arc) if offset + arc else 0.0
@@ -126,7 +126,7 @@ def simulate(scene, *, progress=None):
     # A journal in its bearing moves the slider; so it does in both models.
     joints = scene.get("joints", {"crank_pin": "", "slider": ""})
     stretch = 1e-2 if joints["crank_pin"] == "clearance" else 0.0
-    # So does a guide that holds it.
+    # A guide that holds the slider changes its motion, too.
     stretch += 2e-2 if joints["slider"] == "ideal" else 0.0
     stretch += sensitivity(scene) if gravity == GRAVITY.lucky else 0.0
     status, remedy = "success", ""

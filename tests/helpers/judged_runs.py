@@ -24,9 +24,9 @@ SCENES = {
         "drive.speed_rpm": 278.54184180634775, "friction.coefficient": 0.24551667641884076,
         "initial.slider_angle": -0.0002984215478242201}),
 }  # fmt: skip
-"""A shipped scene, a tier, and what a user would change."""
+"""A shipped scene, a tier, and a user's changes."""
 CASES = (("soft", 0.0), ("wide", 0.0), ("wide", 0.02), ("fast", 0.0))
-"""Of `changed_scene`, name and fault: both tiers; the fast one is indeterminate, a faulty one differs."""
+"""Names and faults for `changed_scene`: both tiers; the fast one is indeterminate, a faulty one differs."""
 PERIOD = 0.4  # of the random tables, s: that of the scene 150rpm-0.2mm
 
 
@@ -64,7 +64,7 @@ def changed_scene(name, *, fault=0.0):
 def random_tables(seed):
     """Tables whose errors and differences are drawn over decades, by channel and stretch of time.
 
-    No mechanism moves like that: it is to lead the judge into every branch.
+    No mechanism moves like that; the tables lead the judge into every branch.
     """
     rng = np.random.default_rng(seed)
     tier = str(rng.choice(["standard", "tight"]))
@@ -78,7 +78,7 @@ def random_tables(seed):
     sizes |= {"corner_ll_gap": 2e-4, "corner_ll_normal": 40.0, "corner_ll_friction": 6.0}
     followers = {"slider_ax", "corner_ll_normal", "corner_ll_friction"}
     sides = tuple({kind: {"time": time} for kind in KINDS} for _ in range(2))
-    most = rng.choice([0.0, 1.3])  # of the decades between a difference and the errors
+    most = rng.choice([0.0, 1.3])  # upper limit of the decades from the errors to a difference
     for name, size in sizes.items():
         signal = size * np.sin(2 * np.pi * time / PERIOD * rng.uniform(0.5, 5) + rng.uniform(0, 6))
         if name in followers:  # mostly zero
@@ -107,13 +107,13 @@ def random_tables(seed):
 
 
 def comparison_of(pair, **options):
-    """The product's comparison; of the channels that the tables hold."""
+    """Return the product's comparison of the channels that the tables have."""
     defaults = {"scene": pair.scene, "tier": pair.tier, "labels": MODELS, "only": pair.a.base.channels}
     return compare(pair.a, pair.b, **(defaults | options))
 
 
 def alter(runs, change):
-    """Every table of one model changed in the same way."""
+    """Return the runs of one model with every table changed in the same way."""
     return replace(runs, **{kind: change(table) for kind, table in tables_of(runs).items()})
 
 

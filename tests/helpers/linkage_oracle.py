@@ -108,8 +108,8 @@ class March:
         return DOP853(self.derivative, t, state, until, first_step=first, **self.tolerances())
 
     def tolerances(self):
-        # Near a singular position differences round off. Of the rates by what rounding of a depth gives a
-        # light body of a stiff contact.
+        # Near a singular position differences round off. Rates have the error that a depth's rounding gives a
+        # light body in a stiff contact.
         f, rtol = len(self.system.free), max(self.tolerance, 1e-15 / self.least**2)
         atol = rtol * np.concatenate([np.full(f, 0.01), np.full(f, 100.0), np.ones(len(self.sums))])
         return {"rtol": rtol, "atol": atol}
@@ -137,7 +137,7 @@ class March:
         return self.look(solver.t, solver.y)
 
     def locks(self, dense):
-        """Return whether a step has a singular position, and note its time."""
+        """Note the time of a singular position in a step, and return True if there is one."""
 
         def sigma(t):
             try:
@@ -156,7 +156,7 @@ class March:
                 low, time = best.fun, best.x
         self.least, self.sigma = low, values[-1]
         if low < SINGULAR:
-            # At the end of a step it falls on, linearly, to a zero ahead.
+            # At the end of a step the value falls on, linearly, to a zero ahead.
             ahead = low * (grid[-1] - grid[-2]) / (values[-2] - low) if time > grid[-1] - 1e-12 else 0.0
             self.singular = time + ahead
         return low < SINGULAR
@@ -165,7 +165,7 @@ class March:
         """Return time and contact of the first touch or separation among times of a step, or None."""
 
         def depths(t):
-            """Return what is positive until a contact switches."""
+            """Return margins that are positive until a contact switches."""
             gaps = self.look(t, dense(t)).gaps
             for contact, gap in zip(self.contacts, gaps, strict=True):
                 contact.watch(*gap)
@@ -208,9 +208,9 @@ def times(scene):
 
 
 def solve(scene, grid=None, tolerance=1e-13, contacts=math.inf):
-    """Return columns at the times of a grid, events, and when the motion meets a singular position.
+    """Return columns at the times of a grid, events, and the time of a singular position.
 
-    It ends there, or at the end of the n-th contact.
+    The motion ends there, or at the end of the n-th contact.
     """
     system, rows = Bodies(scene), []
     march, look = March(system, tolerance), system.start
@@ -251,7 +251,7 @@ class Bodies:
         for guide in scene["guide"].values():
             self.ends.append(self.both(guide, [guide["on"], guide["body"] + ".centroid"]))
         self.chords = self.chord(self.ends)
-        self.turns = np.eye(len(self.mass) + 3)[2::3, : len(self.mass)]  # the frame's is none
+        self.turns = np.eye(len(self.mass) + 3)[2::3, : len(self.mass)]  # the frame has none
         self.springs = self.chord([self.both(row, row["joins"]) for row in scene["spring"].values()])
         self.rate = drive.get("speed_rpm", 0.0) * math.pi / 30
         self.driven = 3 * self.place[drive.get("body", self.names[0])] + 2
@@ -281,7 +281,7 @@ class Bodies:
         return sides[:, :-1], arms[:, :-1], arms[:, -1], rows
 
     def spans(self, chords, pose):
-        """Return chords, the rows that give their rates, and the turned arms."""
+        """Return chords, the rows that give their rates, and the arms as vectors."""
         sides, arms, fixed, rows = chords
         vectors, rows = arms * np.exp(1j * pose[2::3]), rows.copy()
         rows[:, 2::3] = 1j * vectors
@@ -369,7 +369,7 @@ class Bodies:
         n, free, bound, (origin, near, slope, drift) = len(self.mass), self.free, self.bound, self.near
         pose, step = near + slope @ (z - near[free]) + drift * (t - origin), np.ones(1)
         pose[free] = z
-        while np.abs(step).max(initial=0) > 1e-10:  # the next one is its square, over a small singular value
+        while np.abs(step).max(initial=0) > 1e-10:  # the next step is its square, over a small singular value
             value, rows, change, _ = self.constraints(t, pose, np.zeros(n))
             step = solve_linear(rows[:, bound], value)
             pose[bound] -= step

@@ -59,7 +59,7 @@ class Engine:
         self.line = m["guide_x"] + m["reference_offset"]
         self.ideal_slider = scene["joints"]["slider"] == "ideal"
         self.ideal_pin = scene["joints"]["crank_pin"] == "ideal"
-        # Joint: bodies i and j (None: the frame), and what stands before u_i and u_j in its rows.
+        # Joint: bodies i and j (None: the frame), and the factors of u_i and u_j in its rows.
         Ls, tip = self.Ls, [length - centroid for length, centroid in zip(self.L, self.Ls, strict=True)]
         self.joints = {"O": (0, None, Ls[0], 0.0)} | ({"A": (1, 0, Ls[1], tip[0])} if self.ideal_pin else {})
         self.joints |= {"H": (2, None, Ls[2], 0.0), "B": (2, 1, 0.0, tip[1])}
@@ -68,7 +68,7 @@ class Engine:
         self.v_i = np.zeros(5)  # corners and journal; 0: open
 
     def start(self):
-        """Section 2."""
+        """Return the state at the start, by section 2."""
         m, initial = self.scene["mechanism"], self.scene["initial"]
         L, Ls, H, ω = self.L, self.Ls, self.H, self.ω
         u1 = direction(self.θ_0)
@@ -113,7 +113,7 @@ class Engine:
         return rows, γ
 
     def contacts(self, q, v):
-        """Of each contact: depth, its rate, slip, what places its force; None where there is none."""
+        """Depth, its rate, slip and the place of the force for each contact; None for one that is missing."""
         motion = q[12], q[14], *v[12:]
         motions = [None if self.ideal_slider else self.numbers.corner(k, *motion) for k in range(4)] + [None]
         if not self.ideal_pin:
@@ -125,7 +125,7 @@ class Engine:
         return motions
 
     def forces(self, q, v):
-        """Q; F_n, F_t and the elastic force of each contact, and the energy that they store; `contacts`."""
+        """Return Q; F_n, F_t, elastic force of each contact, and the energy that they store; `contacts`."""
         Q, motions, numbers = np.zeros(15), self.contacts(q, v), self.numbers
         Q[1::3] = -self.masses * self.g
         Q[13] += numbers.workpiece(q[13])[0]
@@ -217,7 +217,7 @@ class Engine:
                 break
             for k in indices:
                 gap, rate = self.gap(k, y), -self.contacts(y[:15], y[15:30])[k][1]
-                # Two corners may touch at one instant, but for rounding.
+                # Two corners may touch at one instant, up to rounding.
                 if not self.v_i[k] and rate < 0.0 and gap < 1e-15:
                     self.v_i[k] = impact_speed(-rate, self.numbers.v_min)
                     starts[k] = t

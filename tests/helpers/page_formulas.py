@@ -1,6 +1,6 @@
 """The formulas of docs/model.md in plain Python, with the page's symbols.
 
-Each function marked `stated` holds formulas of the page; tests/contract/test_model_page.py requires that
+Each function marked `formula` holds formulas of the page; tests/contract/test_model_page.py requires that
 formulas and symbols stand there.
 """
 
@@ -279,7 +279,7 @@ class Numbers:
         return [F_n, friction(*self.rub, F_n, v_t), f], f * max(δ, 0) / (self.n + 1)
 
     def side(self, first, second, v_i):
-        """The same of both corners of a side, of which `corner` tells; the first is as deep or deeper."""
+        """F_n, F_t, elastic force, energy of a side's corners by `corner`; the first is as deep or deeper."""
         (δ_1, dδ_1, v_t1), (δ_2, dδ_2, v_t2) = first[:3], second[:3]
         both = v_i.all() and δ_2 > 0
         if self.law == "paper-switching" and both:

@@ -118,7 +118,7 @@ def draw(rng, kind, case, drive):
 
 
 def drive_it(rng, data, case, drive):
-    """Add load, torque and rates; return whether the linkage does what its case says."""
+    """Add load, torque and rates; return True for a linkage that moves as its case says."""
     linkage = Bodies(data)
     start = linkage.start
     if linkage.rank(start) < 0.1:
@@ -226,7 +226,7 @@ def loose_scene(kind, i):
 
 
 def shorten(data, end, samples=40):
-    """Return a scene that ends near there, at a divisor of its turn."""
+    """Return a scene that ends near a time, at a divisor of its turn."""
     data = copy.deepcopy(data)
     if "speed_rpm" in data["drive"]:
         per_cycle = max(2, round(60 / abs(data["drive"]["speed_rpm"]) / end * samples))
@@ -261,7 +261,7 @@ def laws(rng):
     contact |= {"restitution": rng.uniform(0.5, 1), "damping_model": rng.choice(models).item()}
     contact |= {"exponent": rng.choice([1.5, 1.5, 1.5, 1.2, 2.0]).item(), "impact_speed_floor": 1e-4}
     contact |= {"damping": 10 ** rng.uniform(1, 3), "damping_depth": 10 ** rng.uniform(-5, -4)}
-    if law == "adams-impact":  # of no use there, hence as by default
+    if law == "adams-impact":  # keys without a use there have their defaults
         contact |= {"restitution": 0.9, "damping_model": "lankarani-nikravesh"}
         contact |= {"stiffness": 10 ** rng.uniform(7, 9)} if rng.random() < 0.5 else {}
     else:

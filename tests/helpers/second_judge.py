@@ -22,7 +22,7 @@ _DATA = tomllib.loads((Path(__file__).parents[2] / "comparison" / "tables" / "ch
 
 
 def rules(name):
-    """What the data file says of a channel."""
+    """The data file's entry of a channel."""
     if name.startswith("corner_"):
         _, corner, quantity = name.split("_")
         entry = dict(_DATA["corner"][quantity])
@@ -33,7 +33,7 @@ def rules(name):
 
 
 def scale_of(name, scene, low, high):
-    """What a difference of a channel is measured by; of a slider with clearance."""
+    """The scale of a channel's differences, of a slider with clearance."""
     c, length = scene["clearance"]["slider"], scene["mechanism"]["slider"]["length"]
     hundredth = 60 / abs(scene["drive"]["speed_rpm"]) / 100
     return {
@@ -51,7 +51,7 @@ def scale_of(name, scene, low, high):
 def uncertainty(runs, name, period, factor, order, weight=1.0):
     """u(t) of one model from its five runs (frames by name), as docs and the module's formula say.
 
-    ``late`` is ten where u of its gap counts so many times.
+    ``weight`` is ten where u of its gap counts ten times.
     """
     time, at = runs["base"]["time"].to_numpy(), {kind: frame[name].to_numpy() for kind, frame in runs.items()}
     s, step = at["base"], (time[-1] - time[0]) / (time.size - 1)
@@ -60,7 +60,7 @@ def uncertainty(runs, name, period, factor, order, weight=1.0):
         reach += 1
 
     def around(a, b):
-        """The largest distance at most so many samples away, of each window."""
+        """The largest distance within reach of each sample."""
         distance = np.pad(np.abs(a - b), reach)  # no distance is less than 0
         return np.lib.stride_tricks.sliding_window_view(distance, 2 * reach + 1).max(axis=1)
 
@@ -93,7 +93,7 @@ def uncertainty(runs, name, period, factor, order, weight=1.0):
 
 
 def parting_time(time, known, window):
-    """When a channel ceases to be predictable for more than a window, less what that adds at either end."""
+    """The start of the first unpredictable stretch longer than a window, less a window at either end."""
     if not known.any():
         return time[0]
     since = None
@@ -103,7 +103,7 @@ def parting_time(time, known, window):
         elif since is None:
             since = i
         if since is not None and (i + 1 == time.size or known[i + 1]):
-            least = 0.999999 * window  # samples that are a window apart but for the rounding of times count
+            least = 0.999999 * window  # samples that are a window apart up to the rounding of times count
             inner = [time[k] for k in range(since, i + 1) if time[k] - time[since] >= least]
             inner = [t for t in inner if time[i] - t >= least]
             if inner and inner[-1] - inner[0] > window:
@@ -210,7 +210,7 @@ def pair_up(a, b, window):
 
 
 def impacts(a, b, window, within_a=None, within_b=None):
-    """The metrics of impacts by their definitions; ``within``: of each contact, whether it is considered."""
+    """The metrics of impacts by their definitions; ``within`` flags the contacts that count."""
     within_a = [True] * len(a) if within_a is None else within_a
     within_b = [True] * len(b) if within_b is None else within_b
     pairs = [(i, j) for i, j in pair_up(a, b, window) if within_a[i] or within_b[j]]
@@ -246,7 +246,7 @@ def impacts(a, b, window, within_a=None, within_b=None):
 
 
 def begins_in(events, time, mask_of_corner):
-    """Of each contact, whether the samples on both sides of its start are in its corner's mask."""
+    """A flag for each contact: the samples on both sides of its start are in its corner's mask."""
     inside = []
     for corner, start in zip(events["corner"], events["start"], strict=True):
         after = min(max(int(np.sum(time < start)), 1), len(time) - 1)

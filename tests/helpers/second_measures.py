@@ -8,7 +8,7 @@ from scipy.optimize import minimize_scalar
 
 
 def root_mean_square(time, values):
-    """Over time: each sample stands for the way to the middle of its neighbours, those at the ends twice."""
+    """The mean over time: a sample stands for the way to its neighbours' middles, those at the ends twice."""
     largest = np.abs(values).max()
     if largest == 0:
         return 0.0
@@ -29,9 +29,9 @@ def tube_share(time, m, c, width=0.002):
 
 
 def shift_between(time, a, b, rates, reach):
-    """By how much b is later than a, s: least sum of the logarithms of the residuals' variances.
+    """The delay of b after a, s: least sum of the logarithms of the residuals' variances.
 
-    That is what weights inverse to the variances amount to. Over positions with their rates.
+    This equals weights inverse to the variances. It is over positions with their rates.
     """
     inner = (time >= time[0] + reach) & (time <= time[-1] - reach)
     curves = {name: CubicHermiteSpline(time, a[name], a[rates[name]]) for name in rates}

@@ -1,4 +1,4 @@
-"""Seeded faults are named by the first line of console and page; what is no such fault is not named.
+"""Seeded faults are named by the first line of console and page; other differences are not.
 
 Faults of tables in a table of `sixbar run`, judged by `sixbar compare`; faults of models in an engine that
 runs Exudyn's model of another scene than it is given, or loses a contact, judged by `sixbar validate`.
@@ -57,7 +57,7 @@ def run():
 
 @pytest.fixture
 def first_lines(tmp_path, monkeypatch, capsys):
-    """Run a command that finds a difference; the first line of the console, and that of its page."""
+    """Run a command that finds a difference; return the first lines of the console and of its page."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "500")
 
@@ -72,7 +72,7 @@ def first_lines(tmp_path, monkeypatch, capsys):
 
 # ---- ten seeded faults
 
-TABLES = {  # a column as it is written, and what is said
+TABLES = {  # a column, its change, and the sentence
     "ratio": ("slider_vx", lambda x: 1.02 * x, "slider_vx of b is 1.020000 times that of a"),
     "sign": ("slider_omega", lambda x: -x, "slider_omega of b is minus that of a: the sign"),
     "offset": ("slider_y", lambda x: x - 1e-4, "slider_y of b is 0.0001000000 m below that of a"),
@@ -105,7 +105,7 @@ def test_whole_turns_are_the_cause_of_an_angle_that_one_side_wraps():
 
 
 CONTACT = r"the first impact, at 0.0109753 s \(upper left corner\), has"
-MODELS = {  # what the engine does to its scene, else to its result, and what is said of it, with a number
+MODELS = {  # the engine's change of its scene, else of its result, and the sentence on it, with a number
     "friction": ("friction", "coefficient", 0.153, "is 0.15 in reference and 0.153 in friction, 1.0200"),
     # Two colliding bodies alone: 1.92 / 1.9, the rod pulls on.
     "restitution": ("contact", "restitution", 0.92, f"{CONTACT} 1.008.* times the impulse in restitution"),
@@ -157,7 +157,7 @@ def test_the_fault_of_a_model_is_said_first(first_lines, tmp_path, fault):
 def test_of_two_scenes_the_keys_that_differ_are_said_first_and_nothing_of_the_press_is_lost(
     run, first_lines, tmp_path
 ):
-    """Drawing, crank cycle and matched impacts are those of the first."""
+    """Drawing, crank cycle and matched impacts are those of the first scene."""
     write(run, "a.csv")
     changes = SHORT | {"friction.coefficient": 0.16}
     write(sixbar.simulate(sixbar.load_scene("150rpm-0.2mm", changes), model="reference"), "b.csv")
@@ -169,7 +169,7 @@ def test_of_two_scenes_the_keys_that_differ_are_said_first_and_nothing_of_the_pr
     )
 
 
-# ---- what is none
+# ---- no such faults
 
 
 def test_what_no_cause_explains_is_left_unexplained(run):
@@ -180,7 +180,7 @@ def test_what_no_cause_explains_is_left_unexplained(run):
         sixbar.simulate(sixbar.load_scene("150rpm-0.2mm", changes), model="reference")
         for changes in ({}, shift)
     )
-    run_b = replace(run_b, provenance={})  # in which the key stands
+    run_b = replace(run_b, provenance={})  # which has the changed key
     rng = np.random.default_rng(1)
     spread = run.frame.std() * 1e-3 * rng.uniform(0.2, 5.0, run.frame.shape[1])
     values = run.frame + rng.normal(size=run.frame.shape) * spread.to_numpy()
@@ -198,7 +198,7 @@ def test_what_no_cause_explains_is_left_unexplained(run):
 
 
 def test_a_random_linear_change_is_named_and_measured_within_its_uncertainty():
-    """Two standard errors, of 20 blocks, hold in 94 of 100 cases: of 400 in 90 %, twice that in 99 %."""
+    """Two standard errors, of 20 blocks, hold in 94 of 100 cases: here in 90 % of 400, twice that in 99 %."""
     rng, time = np.random.default_rng(2), np.linspace(0.0, 1.0, 600)
     shares = []
     for n in range(400):

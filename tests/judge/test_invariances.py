@@ -22,14 +22,14 @@ NUMBERS = (
 
 @cache
 def cases():
-    """Runs with their comparison, each made once."""
+    """Pairs of runs with their comparisons, computed once."""
     pairs = [random_tables(seed) for seed in range(20)]
     pairs += [changed_scene(name, fault=fault) for name, fault in CASES]
     return [(pair, comparison_of(pair)) for pair in pairs]
 
 
 def assert_equal(result, other, *, rel=0.0, besides=""):
-    """All numbers of two comparisons, but for rounding of a relative size."""
+    """Require equal numbers of two comparisons, up to rounding of a relative size."""
     assert (result.verdict, set(result.channels)) == (other.verdict, set(other.channels))
     assert result.coverage == pytest.approx(other.coverage, rel=rel, nan_ok=True)
     for name, channel in result.channels.items():
@@ -103,7 +103,7 @@ def test_late_times_that_two_programs_count_differently_are_the_same_grid(offset
     assert result.channels["slider_y"].max_difference == pytest.approx(2e-6, rel=1e-6)
     one = pd.DataFrame({"time": time, "x": np.sin(6 * steps), "z": np.cos(5 * steps)})
     shift = sixbar.compare(one, one.assign(z=one["z"] + 0.3 * (steps > 0.4)), tolerance=1e-3).shift
-    assert not shift.significant  # of a channel that jumps beside one that is the same
+    assert not shift.significant  # one channel jumps, the other is the same
 
 
 # Angles
@@ -113,7 +113,7 @@ TIME = np.arange(1001) * 4e-4
 
 
 def crank(error, convention, shape=9.0):
-    """A crank angle with an error, told as a program may tell it."""
+    """A crank angle with an error, in a program's convention."""
     angle = 2 * np.pi * TIME / 0.1 + error * np.sin(shape * TIME) + 1.0
     rate = np.full(TIME.size, 2 * np.pi / 0.1) + error * shape * np.cos(shape * TIME)
     return Table(pd.DataFrame({"time": TIME, "crank_angle": convention(angle), "crank_speed": rate}))
@@ -129,7 +129,7 @@ CONVENTIONS = {
 
 @cache
 def compare_angles(size, convention="as it is", index=0):
-    """Of six runs, three of either program, one counts revolutions in another way than the others."""
+    """Compare six runs, three of either program, of which one counts revolutions in another way."""
     conventions = [CONVENTIONS[convention if n == index else "as it is"] for n in range(6)]
     a, b = (
         ProgramRuns(
@@ -156,7 +156,7 @@ def test_whole_revolutions_in_any_run_make_no_difference(convention, index, size
 
 @pytest.mark.parametrize("seed", range(6))
 def test_the_stated_errors_are_those_of_tables_with_fewer_samples(seed):
-    """On every second and every fourth row of the files themselves."""
+    """The tables have every second and every fourth row of the files."""
     pair = random_tables(seed) if seed else changed_scene("soft")
 
     def thin(every):

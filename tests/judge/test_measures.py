@@ -33,7 +33,7 @@ def test_interpolation_between_events(seed):
             "end": starts + rng.exponential(2.0, 9),
         }
     )
-    # At an instant that is asked for the right limit counts.
+    # At a requested instant the right limit counts.
     events.loc[:2, "start"] = at[[20, 40, 60]]
     events.loc[:1, "end"] = at[[25, 45]]
     columns = {
@@ -58,7 +58,7 @@ RATES = {"slider_x": "slider_vx", "slider_y": "slider_vy", "slider_angle": "slid
 
 
 def test_the_shift_of_random_signals():
-    """It is that of the second way, and off by as much as is stated: by more once in 20 times."""
+    """The shift is that of the second way; its error exceeds the stated uncertainty once in 20 times."""
     shares = []
     for seed in range(60):
         rng = np.random.default_rng(seed)
@@ -74,7 +74,7 @@ def test_the_shift_of_random_signals():
         shares.append(abs(result.value - delay) / result.uncertainty)
         if seed < 10:
             other = second_measures.shift_between(time, *sides, RATES, 0.04)
-            # A minimum is found to the root of the rounding of what is least: 1e-8 of the step searched.
+            # A minimum is located to the root of its value's rounding: 1e-8 of the step searched.
             assert result.value == pytest.approx(other, abs=3 * result.uncertainty + 1e-10)
     # Of 60 draws of a normal error over two of its deviations: all but 2.7 +- 1.6, a median of 0.34 +- 0.05
     # (of a thousand such draws 0.32 was measured).

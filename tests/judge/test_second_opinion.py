@@ -17,7 +17,7 @@ from comparison.verdict.channel import Criteria, Samples, compare_channel
 from comparison.verdict.compare import scene_verdict
 
 EXACT_KEYS = ("verdict", "outside")
-# Numbers that both make of the same few operations in another order.
+# Numbers of the same few operations in another order.
 ROUNDED_KEYS = (
     "coverage", "explained", "worst_time", "worst_difference", "worst_threshold", "max_difference",
     "rms_difference", "scale",
@@ -112,7 +112,7 @@ def test_changed_scenes_and_their_impacts_are_judged_alike(name, fault):
 
 @pytest.mark.parametrize("seed", range(40))
 def test_the_impacts_of_random_tables_are_compared_alike(seed):
-    """Starts on a grid of eighths, many of them equally near, and at places that one table lacks."""
+    """Starts lie on a grid of eighths, many of them equally near; one table may lack their place."""
     rng = np.random.default_rng(seed)
 
     def events(places):

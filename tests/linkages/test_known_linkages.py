@@ -1,4 +1,4 @@
-"""Both models on linkages whose motion is published or has a closed form, and what both refuse."""
+"""Both models on linkages whose motion is published or has a closed form, and scenes that both refuse."""
 
 import importlib
 import math
@@ -33,7 +33,7 @@ def load(tmp_path):
 
 @pytest.fixture
 def run(load):
-    """Return a function that simulates what ``load`` gives, at a setting of the model."""
+    """Return a function that simulates a mapping of ``load`` at a setting of the model."""
 
     def run(model, setting, source, changes=None, status="success"):
         data = load(source, {SETTING[model]: setting} | (changes or {}))
@@ -93,7 +93,7 @@ LOOSE_BOB = {
     ],
 )
 def test_the_double_four_bar_ends_where_its_rods_lie_down(model, setting, residual, clearance, run):
-    """IFToMM's A02: until then it moves as one body, whose energy gives the time."""
+    """IFToMM's A02 moves as one body until then; its energy gives the time."""
     changes = {"output.duration": 1.0, "output.samples": 100, "output.groups": ["contacts", "energy"]}
     inertia, moment = 3.0 / 3.0 + 2.0, 3.0 / 2.0 + 2.0
     duration, _ = quad(lambda x: (1 + 2 * G * moment / inertia * (1 - math.cos(x))) ** -0.5, 0, math.pi / 2)
@@ -155,7 +155,7 @@ output = { groups = ["accelerations", "joints", "energy"], duration = 0.5, sampl
 
 
 def test_a_start_with_two_freedoms_is_completed_from_values_of_any_body(run, load):
-    """Against the minimal program; the spring pulls beside a centroid."""
+    """The minimal program is exact; the spring pulls beside a centroid."""
     exact, *_ = solve(load(DOUBLE_PENDULUM))
     for model, setting, bound in (("reference_model", 1e-10, 1e-7), ("exudyn_model", 1e-4, 1e-5)):
         columns = run(model, setting, DOUBLE_PENDULUM).columns
@@ -181,7 +181,7 @@ output = { groups = ["energy"], duration = 6.0, samples = 100 }
     [("reference_model", 1e-11, "[90.001, -0.3],", 1e-9), ("exudyn_model", 1e-4, "", 1e-6)],
 )
 def test_a_table_of_torque_does_the_work_under_it(model, setting, jump, bound, omega, run):
-    """Over several turns, with corners and perhaps a jump: kinetic energy is that and the start's."""
+    """The kinetic energy is that work and the start's, over several turns, corners and perhaps a jump."""
     degrees, torques = np.array(
         [[0.0, 0.2], [90.0, 1.0], *[[90.001, -0.3]] * bool(jump), [200.0, -0.3], [360.0, 0.2]]
     ).T
@@ -213,7 +213,7 @@ output = { groups = ["accelerations", "joints", "energy"], samples_per_cycle = 1
 
 @pytest.mark.parametrize(("model", "setting"), [("reference_model", 1e-10), ("exudyn_model", 4e-6)])
 def test_a_block_is_followed_5_mm_beside_its_rocker_s_pivot(model, setting, run):
-    """With forces of which the start says nothing."""
+    """The start tells nothing of the forces on the way."""
     columns = run(model, setting, QUICK_RETURN).columns
     crank = math.radians(10.0) - 3 * math.pi * columns["time"]
     rocker = np.unwrap(np.arctan2(0.08 * np.sin(crank) + 0.085, 0.08 * np.cos(crank)))
@@ -242,7 +242,7 @@ def test_a_prescribed_motion_knows_its_work_past_a_sharp_force(run):
 
 @pytest.mark.parametrize(("model", "setting"), [("reference_model", 1e-10), ("exudyn_model", 1e-6)])
 def test_contacts_that_are_closed_at_the_start_begin_there(model, setting, run):
-    """On the wall and moving in: two corners at once, and a journal."""
+    """Two corners at once and a journal start on their walls and move in."""
     changes = {
         "clearance.G.offset": 1e-3, "clearance.G.offset_rate": 0.4, "output.duration": 5e-4,
         "clearance.A": {"size": 2e-4, "offset": [0.0, 2e-4], "offset_rate": [0.0, 0.3]},
@@ -333,7 +333,7 @@ def test_channels_come_by_groups_and_the_plan_is_of_the_run(model, load):
 FREE = {"drive": {"free": True}, "output": {"groups": [], "duration": 1.0, "samples": 10}}
 BAR, CRANK = "four-bar", "slider-crank-driven"
 REFUSALS = [
-    # A shipped linkage, changes of keys, tables in the place of its own, and what both models say
+    # A shipped linkage, changes of keys, tables in the place of its own, and both models' message
     (BAR, {}, {"initial": {"crank": {"angle_deg": 60.0, "omega": 1.0}}},
      r"^initial: .*needs 1 position and 0 rates.* 1 position and 1 rate"),
     (BAR, {}, {"initial": {"coupler": {"angle_deg": 20.0}}}, r"^initial: .* 2 positions and 0 rates"),

@@ -35,10 +35,10 @@ def runs(model, data, part=slice(None)):
 
 
 ROUNDING, KINK = 1e-9, 2e-8
-"""In SI units, and of a quantity's scale: the oracle's own error, and that with a table of torques.
+"""The oracle's own error, and that with a table of torques; in SI units, and of a quantity's scale.
 
-It steps over the kinks of a table: of four-bar 36 it is off by 1e-8 of an acceleration, where both models are
-together, Exudyn at steps of 1 us.
+The oracle steps over the kinks of a table: of four-bar 36 it is off by 1e-8 of an acceleration, where both
+models are together, Exudyn at steps of 1 us.
 """
 FORCES = "reaction_x reaction_y force"
 QUANTITIES = ["x y", "angle", "vx vy", "omega", "ax ay", "alpha", FORCES, "moment torque", "energy"]
@@ -50,7 +50,7 @@ MORE = {"watt": (10, 13), "stephenson": (15, 18)}  # change points and locks of 
 
 @functools.cache
 def motion(kind, i):
-    """Return a scene, its columns and when it meets a singular position."""
+    """Return a scene, its columns and the time of its singular position."""
     data = scene(kind, i)
     columns, _, end = solve(data)
     return data, columns, end

@@ -1,4 +1,4 @@
-"""What no correct run can show: each invariant is broken once."""
+"""Invariants of every correct run: each is broken once."""
 
 import numpy as np
 import pytest
@@ -46,7 +46,7 @@ def violation(p, worst=None, events=(), drift=None):
         ({}, {"events": TWO}, ""),
         ({}, {"events": THREE}, ""),
         ({}, {"events": [*THREE, row(2, 0.2, 0.4)]}, "overlap"),
-        # What is inside its wall at t = 0 may leave, and was not at its wall.
+        # A corner inside its wall at t = 0 may leave, and was not at its wall.
         *(
             ({}, {"events": [row(3, start, 0.4, **fault)]}, name if start else "")
             for start in (0.0, 0.3)

@@ -19,7 +19,7 @@ PIN = {"joints.crank_pin": "clearance"}
 
 @pytest.fixture
 def run(scene):
-    """Simulate the paper's press with dotted keys replaced, of which all runs succeed."""
+    """Simulate the paper's press with dotted keys replaced; every run must succeed."""
 
     def simulate_press(*changes):
         result = simulate(scene({key: value for part in changes for key, value in part.items()}))
@@ -58,7 +58,7 @@ GROUPS = {"output.groups": ["accelerations", "corners", "joints", "energy"]}
 
 @pytest.mark.parametrize("name", EACH)
 def test_the_balance_of_energy_closes_with_a_load_to_1e_8_joule(run, name):
-    """At strict tolerance. With steps over the kinks 1e-9 J are left, and of a prescribed motion 0.2 J."""
+    """Steps over the kinks would leave 1e-9 J at strict tolerance, and of a prescribed motion 0.2 J."""
     columns = run(EACH[name], TABLE, GROUPS, {TOLERANCE: 1e-14, "drive.cycles": 1.0}).columns
     assert np.abs(columns["energy_residual"]).max() <= 1e-8
     assert 0.3 < columns["energy_load"].max() < 1.0
@@ -108,7 +108,7 @@ def test_a_corner_pressed_deep_into_a_wall_is_stiff_and_an_implicit_method_integ
 
 @pytest.mark.parametrize("name", EACH)
 def test_what_is_asked_for_beyond_the_motion_does_not_change_it(run, name):
-    """Motion, its extrema and the contacts, where nothing else is computed and where everything is."""
+    """Motion, its extrema and the contacts are the same without all other channels and with them."""
     part, full = (run(EACH[name], {"drive.cycles": 0.1}, group) for group in ({"output.groups": []}, GROUPS))
     assert len(part.columns) == 7
     # Of the ideal mechanism the terms have another order: rounding of 0.55 m and some m/s.
@@ -123,7 +123,7 @@ def test_what_is_asked_for_beyond_the_motion_does_not_change_it(run, name):
 
 @pytest.mark.parametrize("gain", [0.0, 3.0])
 def test_baumgarte_bounds_the_drift(run, gain):
-    """Without it Phi grows, with the time or its square; with it after 1 / alpha it does so no longer."""
+    """Without its terms Phi grows, with the time or its square; with them it stops after 1 / alpha."""
     gains = {"solver.reference.baumgarte_alpha": gain, "solver.reference.baumgarte_beta": gain}
     common = EACH["multiplier ideal"] | gains | {METHOD: "BDF", TOLERANCE: 1e-8, "output.groups": []}
     results = [run(common, {"drive.cycles": cycles}) for cycles in (4.0, 16.0)]
@@ -170,7 +170,7 @@ def test_modes_that_hand_over_to_each_other_do_not_hang(run):
 
 @pytest.mark.parametrize("method", SCIPY_METHODS)
 def test_scipy_s_solvers_start_anew_at_the_kinks_of_a_load(run, method):
-    """Their errors, 1e-10 m, magnified by the contacts of half a cycle."""
+    """The contacts of half a cycle magnify their errors, 1e-10 m."""
     changes = ADAMS | TABLE | {TOLERANCE: 1e-10, "drive.cycles": 0.1, "load.surface": 0.17}
     reference, columns = (run(changes, of).columns for of in ({}, {METHOD: method}))
     np.testing.assert_allclose(columns["slider_x"], reference["slider_x"], rtol=0, atol=1e-7)
