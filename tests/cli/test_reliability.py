@@ -169,6 +169,6 @@ REFUSALS = {
 
 
 @pytest.mark.parametrize("command", REFUSALS)
-def test_refused(command, tables):
+def test_a_mistake_is_refused_by_its_rule(command, tables):
     tables.table("t.csv", time=TIME, slider_x=Y)
     tables.refusal(command, *REFUSALS[command].split("|"))

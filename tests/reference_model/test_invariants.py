@@ -58,7 +58,7 @@ def violation(p, worst=None, events=(), drift=None):
         ),
     ],
 )
-def test_each_bound(scene, changes, evidence, name):
+def test_a_broken_bound_is_named(scene, changes, evidence, name):
     assert violation(read_parameters(scene(changes)), **evidence) == name
 
 

@@ -32,7 +32,7 @@ def norm(h, k, free, tolerance):
         (lambda x: x - 1e-3, False, {CROSSES, BELOW, UNCLEAR}),
     ],
 )
-def test_classes(function, starting, expected):
+def test_nine_values_classify_a_function(function, starting, expected):
     assert classify(function(ABSCISSAE), starting) in expected
 
 
