@@ -1,4 +1,4 @@
-"""Scenes for the tests of the models, straight from the printed numbers; what holds on any machine."""
+"""Scenes for the tests of the models, straight from the printed numbers; settings for any machine."""
 
 import os
 import tomllib
@@ -9,11 +9,11 @@ import pytest
 from hypothesis import HealthCheck, settings
 from platformdirs import user_cache_path
 
-# How long an example takes says how busy the machine is.
+# The time of an example depends on the load of the machine.
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("any machine")
 
-# A test with a cache of its own does not compile the models' kernels once more.
+# Tests with a cache of their own share the models' compiled kernels.
 os.environ.setdefault("NUMBA_CACHE_DIR", os.environ.get("SIXBAR_CACHE_DIR") or str(user_cache_path()))
 
 pytest_plugins = "pytester"  # pytest inside pytest; pytest takes it from the topmost conftest.py only

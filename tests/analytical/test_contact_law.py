@@ -36,7 +36,7 @@ def tip_x(data):
 def on_the_wall(scene, solver, changes):
     """The press with its crank all but at rest, rod 4 upright in the guide, thrown at the left wall."""
     model, settings, _ = SOLVERS[solver]
-    still = {
+    rest = {
         "drive.speed_rpm": 1e-9,  # a period of 6e10 s
         "drive.cycles": 5e-14,  # 3 ms
         "output.samples_per_cycle": 10**16,
@@ -48,7 +48,7 @@ def on_the_wall(scene, solver, changes):
         "solver.reference.tolerance": 1e-13,
         "mechanism.guide_x": tip_x(scene()),
     }
-    result = model.simulate(scene(still | settings | changes))
+    result = model.simulate(scene(rest | settings | changes))
     assert result.status == "success", result.remedy
     return result
 
@@ -66,7 +66,7 @@ def rod_4_about_its_tip(data):
 
 @pytest.mark.parametrize(("law", "contacts"), [("hertz-corners", 2), ("foundation", 1)])  # of a side
 @pytest.mark.parametrize(
-    ("damping_model", "printed"),  # restitution for c_e = 0.9 and 0.1, docs/model.md
+    ("damping_model", "values"),  # restitution for c_e = 0.9 and 0.1, docs/model.md
     [
         ("lankarani-nikravesh", (0.913, 0.665)),
         ("hunt-crossley", (0.909, 0.516)),
@@ -75,9 +75,9 @@ def rod_4_about_its_tip(data):
     ],
 )
 @pytest.mark.parametrize("solver", ["reference", "tree"])
-def test_a_damping_model_gives_its_restitution(scene, solver, damping_model, printed, law, contacts):
+def test_a_damping_model_gives_its_restitution(scene, solver, damping_model, values, law, contacts):
     """ln[(1 + C)/(1 - C e)] = C (1 + e), whatever mass, stiffness and exponent; a foundation's is 1."""
-    for c_e, digits in zip((0.9, 0.1), printed, strict=True):
+    for c_e, digits in zip((0.9, 0.1), values, strict=True):
         C = DAMPING[damping_model](c_e)
         highest = min(1.0, (1.0 - 1e-15) / C)  # there the logarithm's argument is infinite
         exact = brentq(lambda e, C=C: math.log((1.0 + C) / (1.0 - C * e)) - C * (1.0 + e), 0.01, highest)
@@ -88,7 +88,7 @@ def test_a_damping_model_gives_its_restitution(scene, solver, damping_model, pri
 
 
 def point_mass(data, mass, speed):
-    """A hit by the page's law: rebound speed, duration, largest depth and force; whether its wall pulls."""
+    """A hit by the page's law: rebound speed, duration, largest depth and force; flag of a pulling wall."""
     numbers = Numbers(data)
 
     def force(d, v):
@@ -108,7 +108,7 @@ def point_mass(data, mass, speed):
     return *hit, min(forces) == 0.0
 
 
-# Changes of the contact, and whether the wall would pull on the way out
+# Changes of the contact, and a flag of a wall that would pull on the way out
 HITS = {
     "elastic": ({"restitution": 1.0}, False),
     "adams, pulling": ({"stiffness": 1e9, "damping": 50.0, "damping_depth": 1e-6}, True),
@@ -139,8 +139,8 @@ def test_a_bounce_is_that_of_a_point_mass(scene, solver, hit):
     np.testing.assert_allclose(events["start"][:2], 1e-5 / SPEED, rtol=1e-8)
     values = [events["end"] - events["start"]]
     values += [events[key] for key in ("largest_depth", "impulse", "peak_force")]
-    of_a_mass = [duration, depth, mass * (SPEED + rebound), peak]
-    np.testing.assert_allclose(np.transpose(values)[:2], [of_a_mass] * 2, rtol=10 * error)
+    reference = [duration, depth, mass * (SPEED + rebound), peak]
+    np.testing.assert_allclose(np.transpose(values)[:2], [reference] * 2, rtol=10 * error)
 
 
 def test_the_default_damping_of_adams_impact_is_the_one_that_the_page_says(scene):

@@ -14,9 +14,9 @@ CHANGES = {
     "output.groups": ["accelerations", "joints"], "drive.cycles": 0.3, "output.samples_per_cycle": 100,
     "solver.exudyn.step": 4e-6,
 }  # fmt: skip
-EXACT = {"slider_y": 1e-14, "slider_vy": 1e-13, "slider_ay": 1e-11, "crank_torque": 1e-12}
+ROUND_OFF = {"slider_y": 1e-14, "slider_vy": 1e-13, "slider_ay": 1e-11, "crank_torque": 1e-12}
 """Round-off of a formula, some hundred times 1e-16 of 0.2 m, 7 m/s, 400 m/s^2 and 14 N m."""
-STEPPED = {"slider_y": 1e-9, "slider_vy": 1e-8, "slider_ay": 1e-6, "crank_torque": 4e-7}
+STEP_ERRORS = {"slider_y": 1e-9, "slider_vy": 1e-8, "slider_ay": 1e-6, "crank_torque": 4e-7}
 """Two to ten times the largest errors of Exudyn's steps of 4e-6 s and Newton's tolerance of 1e-7, measured at
 300 rpm over a cycle: 4.6e-10 m, 3.7e-9 m/s, 2.3e-7 m/s^2, 3.5e-8 N m."""
 
@@ -28,15 +28,15 @@ def test_published_stroke_top_dead_centre_and_speeds():
     assert np.ptp(y) == pytest.approx(0.2239, abs=1e-4)
     assert vy.min() == pytest.approx(-1.598, abs=1e-3)
     assert vy.max() == pytest.approx(2.002, abs=1e-3)
-    turned = np.degrees(scene["drive"]["speed_rpm"] * np.pi / 30 * vy[0] / ay[0])
-    assert scene["mechanism"]["crank_angle_deg"] - turned == pytest.approx(111.355, abs=5e-3)
+    turn = np.degrees(scene["drive"]["speed_rpm"] * np.pi / 30 * vy[0] / ay[0])
+    assert scene["mechanism"]["crank_angle_deg"] - turn == pytest.approx(111.355, abs=5e-3)
 
 
 def closed_form(scene, time):
     """Return y, velocity, acceleration of the slider, and the torque by which the crank keeps its speed.
 
     With the rocker's pivot on the crank's, crank, rod 2 and rocker are one triangle that turns with the
-    crank: a crank of the rocker's length. What is left is the slider-crank with an offset guide.
+    crank: a crank of the rocker's length. The rest is the slider-crank with an offset guide.
     """
     m, omega = scene["mechanism"], scene["drive"]["speed_rpm"] * np.pi / 30
     g = scene["environment"]["gravity"]
@@ -67,7 +67,7 @@ def closed_form(scene, time):
     return {"slider_y": y, "slider_vy": vy, "slider_ay": ay, "crank_torque": power / omega}
 
 
-@pytest.mark.parametrize(("model", "bounds"), [(reference_model, EXACT), (exudyn_model, STEPPED)])
+@pytest.mark.parametrize(("model", "bounds"), [(reference_model, ROUND_OFF), (exudyn_model, STEP_ERRORS)])
 @pytest.mark.parametrize("speed", [150.0, -300.0])
 def test_slider_crank_follows_its_closed_form(model, bounds, speed):
     scene = load_scene("ideal", CHANGES | {"drive.speed_rpm": speed}).data

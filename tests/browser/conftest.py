@@ -23,20 +23,20 @@ def comparisons():
     predictable samples; a run that crashed.
     """
 
-    def moved(columns):
+    def shift(columns):
         return columns | {"slider_x": columns["slider_x"] + 1e-6}
 
-    press, fault = make_scene("press"), make_scene("fault", alter=moved)
-    confirmed = Confirmation("confirmed", members=(99, 30))
-    withdrawn = replace(confirmed, outcome="underestimated", factor=6.4)
-    vague = replace(press.channels["slider_x"], verdict="indeterminate", basis=Basis.COVERAGE)
+    press, fault = make_scene("press"), make_scene("fault", alter=shift)
+    confirmation = Confirmation("confirmed", members=(99, 30))
+    withdrawal = replace(confirmation, outcome="underestimated", factor=6.4)
+    channel = replace(press.channels["slider_x"], verdict="indeterminate", basis=Basis.COVERAGE)
     scenes = [
         replace(press, tight=make_scene("press", tier="tight")),
         replace(fault, confirmation=Confirmation("unconfirmed", doubt=Doubt.FEW_RUNS, members=(3, 0))),
-        replace(fault, name="confirmed", confirmation=confirmed),
-        replace(press, name="underestimated", confirmation=withdrawn),
+        replace(fault, name="confirmed", confirmation=confirmation),
+        replace(press, name="underestimated", confirmation=withdrawal),
         replace(
-            press, name="undecided", verdict="indeterminate", channels=press.channels | {"slider_x": vague},
+            press, name="undecided", verdict="indeterminate", channels=press.channels | {"slider_x": channel},
             closer_command="sixbar validate press --accuracy strict",
         ),
         replace(
@@ -60,27 +60,27 @@ def browser():
     if CHROMIUM is None:
         pytest.skip("no Chromium on this machine (Debian: apt-get install chromium)")
     with sync_playwright() as driver:
-        running = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield running
-        running.close()
+        chromium = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield chromium
+        chromium.close()
 
 
 @pytest.fixture
 def show(browser, report):
-    """Return what opens the report or another page; an error, or a request that leaves it, fails the test."""
-    wrong, contexts = [], []
+    """Return a function that opens the report or another page; errors and other requests fail the test."""
+    errors, contexts = [], []
 
-    def opened(width=1440, height=900, anchor="", path=report, **options):
+    def open_page(width=1440, height=900, anchor="", path=report, **options):
         context = browser.new_context(viewport={"width": width, "height": height}, **options)
         contexts.append(context)
-        shown, own = context.new_page(), path.as_uri()
-        shown.on("pageerror", lambda error: wrong.append(f"error: {error}"))
-        shown.on("console", lambda message: wrong.append(f"console: {message.text}"))
-        shown.on("request", lambda r: None if r.url.partition("#")[0] == own else wrong.append(r.url))
-        shown.goto(own + anchor)
-        return shown
+        tab, url = context.new_page(), path.as_uri()
+        tab.on("pageerror", lambda error: errors.append(f"error: {error}"))
+        tab.on("console", lambda message: errors.append(f"console: {message.text}"))
+        tab.on("request", lambda r: None if r.url.partition("#")[0] == url else errors.append(r.url))
+        tab.goto(url + anchor)
+        return tab
 
-    yield opened
+    yield open_page
     for context in contexts:
         context.close()
-    assert wrong == []
+    assert errors == []

@@ -59,33 +59,33 @@ def test_a_linkage_moves_with_the_cursor(show, tmp_path):
     for _ in range(5):
         page.keyboard.press("ArrowRight")
     page.wait_for_function("() => [...viewers.values()][0].index == 5")
-    turned = """name => document.querySelector(`[data-body=${name}]`).getAttribute("transform")
+    rotation = """name => document.querySelector(`[data-body=${name}]`).getAttribute("transform")
       .match(/rotate.(.*).$/)[1]"""
     # It starts at 0 degrees and turns counter-clockwise, which is negative in SVG.
-    assert float(page.evaluate(turned, "crank")) == pytest.approx(-5 * 3.6, abs=0.05)
+    assert float(page.evaluate(rotation, "crank")) == pytest.approx(-5 * 3.6, abs=0.05)
     for name in page.locator("[data-body=crank] .name").all():  # its name and those of its pins do not turn
         assert float(name.get_attribute("transform")[7:-1]) == pytest.approx(5 * 3.6, abs=0.05)
-    block, rocker = (float(page.evaluate(turned, name)) for name in ("block", "rocker"))
+    block, rocker = (float(page.evaluate(rotation, name)) for name in ("block", "rocker"))
     assert block == pytest.approx(rocker, abs=0.05)
-    assert float(page.evaluate(turned, "ram")) == 0.0  # constant: not among the plots
+    assert float(page.evaluate(rotation, "ram")) == 0.0  # constant: not among the plots
     assert page.locator(".schematic .heading").text_content() == "linkage at 0.1000 s"
 
 
 def test_three_models_are_on_common_plots(show, tmp_path):
     models = ("a", "b", "c")
-    agreeing = {"verdict": "agree", "ratio": 0.5, "channels": {}}
+    agreement = {"verdict": "agree", "ratio": 0.5, "channels": {}}
     for first, second in pairs(models):
         for model in (first, second):
             folder = tmp_path / f"{first}-{second}" / "tables"
             write(table(1.0 + 0.1 * models.index(model)), folder / f"swing-{model}.csv")
     outcome = standing(models, dict.fromkeys(pairs(models), "agree"))
-    row = Row("swing", "A swing", outcome, dict.fromkeys(pairs(models), agreeing))
+    row = Row("swing", "A swing", outcome, dict.fromkeys(pairs(models), agreement))
     page = show(390, 800, path=write_pairwise([row], tmp_path, models=models, command="sixbar validate"))
     page.locator("canvas").first.wait_for()
-    drawn = page.evaluate(
+    labels = page.evaluate(
         "() => [...viewers.values()][0].plots.map(p => p.series.slice(1).map(s => s.label))"
     )
-    assert drawn == [["a", "b", "c"], ["a − b", "a − c", "b − c"]]
+    assert labels == [["a", "b", "c"], ["a − b", "a − c", "b − c"]]
     largest = page.evaluate(
         "() => [...viewers.values()][0].data.channels[0].sizes.map(s => Math.max(...s.map(v => v || 0)))"
     )

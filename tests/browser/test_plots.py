@@ -50,7 +50,7 @@ PLOTS = "#press--plots"  # of the scene that agrees at both tiers
 FAULT = "#fault--plots"
 
 
-def opened(show, plots=PLOTS, **options):
+def open_plots(show, plots=PLOTS, **options):
     page = show(anchor=plots.replace("plots", "standard"), **options)
     page.locator(plots).scroll_into_view_if_needed()
     page.locator(f"{plots} canvas").first.wait_for()
@@ -71,7 +71,7 @@ def press(page, *keys, plots=PLOTS):
 
 
 def test_dragging_the_wheel_and_keys_zoom_all_plots_together_and_move_the_cursor(show):
-    page = opened(show)
+    page = open_plots(show)
     whole = state(page)["range"]
     span = whole[1] - whole[0]
     box = page.locator(f"{PLOTS} .u-over").first.bounding_box()
@@ -80,69 +80,69 @@ def test_dragging_the_wheel_and_keys_zoom_all_plots_together_and_move_the_cursor
     page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 20, steps=5)
     page.mouse.up()
     page.wait_for_timeout(50)
-    now = state(page)
+    view = state(page)
     # A pixel of some 700.
-    assert now["range"] == pytest.approx([whole[0] + 0.25 * span, whole[0] + 0.5 * span], abs=0.005 * span)
-    assert all(each == pytest.approx(now["range"]) for each in now["ranges"])
+    assert view["range"] == pytest.approx([whole[0] + 0.25 * span, whole[0] + 0.5 * span], abs=0.005 * span)
+    assert all(each == pytest.approx(view["range"]) for each in view["ranges"])
     page.mouse.wheel(0, -100)
     page.wait_for_timeout(100)
     nearer = state(page)["range"]
-    assert nearer[1] - nearer[0] == pytest.approx(0.8 * (now["range"][1] - now["range"][0]))
+    assert nearer[1] - nearer[0] == pytest.approx(0.8 * (view["range"][1] - view["range"][0]))
     page.get_by_role("button", name="Whole run (0)").locator("visible=true").first.click()
     assert state(page)["range"] == whole
-    page = opened(show)
+    page = open_plots(show)
     one = press(page, "ArrowRight", "ArrowRight", "ArrowRight")
     assert one["index"] == 3
     assert set(one["cursors"]) == {3}  # of all plots
     assert f"t = {one['time']:.5f} s" in page.locator(f"{PLOTS} .readout").inner_text()
-    near = press(page, "+", "+")["range"]
-    assert near[1] - near[0] == pytest.approx(span / 4)
-    moved = press(page, "Shift+ArrowRight")["range"]
-    assert moved[0] - near[0] == pytest.approx((near[1] - near[0]) / 4)
+    zoom = press(page, "+", "+")["range"]
+    assert zoom[1] - zoom[0] == pytest.approx(span / 4)
+    pan = press(page, "Shift+ArrowRight")["range"]
+    assert pan[0] - zoom[0] == pytest.approx((zoom[1] - zoom[0]) / 4)
     assert press(page, "0")["range"] == whole
 
 
 def test_impacts_are_reached_one_by_one_with_both_pulses_up_to_the_peaks_of_the_event_tables(
     show, comparisons
 ):
-    page, readout = opened(show), f"{PLOTS} .readout"
+    page, readout = open_plots(show), f"{PLOTS} .readout"
     first, second = (events.sort_values("start") for events in comparisons[0].events)
     event = first.iloc[0]
-    jumped = press(page, "n")
-    assert jumped["range"][0] < event["start"] < jumped["range"][1] < jumped["range"][0] + 0.01  # of 0.8 s
-    assert f"corner_{event['corner']}_normal" in jumped["shown"]
+    jump = press(page, "n")
+    assert jump["range"][0] < event["start"] < jump["range"][1] < jump["range"][0] + 0.01  # of 0.8 s
+    assert f"corner_{event['corner']}_normal" in jump["shown"]
     page.wait_for_function(IN_VIEW, arg=f"normal force, {CORNERS[event['corner']]} corner")
     assert f"{event['start']:.6f} s" in page.locator(readout).inner_text()
     later = press(page, "n")["range"]
-    assert later[0] > jumped["range"][0]
-    assert press(page, "p")["range"] == pytest.approx(jumped["range"])
-    jumped, seen = press(page, "n"), page.evaluate(PULSES, PLOTS)
-    both = first.iloc[1], second.iloc[1]
-    for (pulse,), event in zip(seen["pulses"], both, strict=True):
+    assert later[0] > jump["range"][0]
+    assert press(page, "p")["range"] == pytest.approx(jump["range"])
+    jump, view = press(page, "n"), page.evaluate(PULSES, PLOTS)
+    pair = first.iloc[1], second.iloc[1]
+    for (pulse,), event in zip(view["pulses"], pair, strict=True):
         assert len(pulse["t"]) >= 20
         assert max(pulse["n"]) == pytest.approx(event["peak_force"], rel=0.01)
         # 16 bits of the contact's length.
         assert [pulse["t"][0], pulse["t"][-1]] == pytest.approx([event["start"], event["end"]], abs=1e-8)
-        assert jumped["range"][0] < event["start"] < event["end"] < jumped["range"][1]
+        assert jump["range"][0] < event["start"] < event["end"] < jump["range"][1]
     # Both peaks are inside the axes, and reach at least half of their height.
-    peaks = [event["peak_force"] for event in both]
-    assert max(peaks) < seen["top"] < 2 * max(peaks)
-    said = f"peak {peaks[0]:.4g} N (reference), {peaks[1]:.4g} N (exudyn)"
-    assert said in page.locator(readout).inner_text()
+    peaks = [event["peak_force"] for event in pair]
+    assert max(peaks) < view["top"] < 2 * max(peaks)
+    text = f"peak {peaks[0]:.4g} N (reference), {peaks[1]:.4g} N (exudyn)"
+    assert text in page.locator(readout).inner_text()
 
 
 def test_the_first_sample_beyond_is_found(show, comparisons):
-    page, channels = opened(show, FAULT), comparisons[1].channels.values()
+    page, channels = open_plots(show, FAULT), comparisons[1].channels.values()
     outside = [c.predictable & (abs(c.difference) > c.limits.k * c.u) for c in channels]
     earliest = min(int(mask.argmax()) for mask in outside if mask.any())
     assert press(page, "o", plots=FAULT)["index"] == earliest
-    page = opened(show)
+    page = open_plots(show)
     press(page, "o")
     assert "No sample is beyond 2 u" in page.locator(f"{PLOTS} .readout").inner_text()
 
 
 def test_channels_and_ratio_can_be_chosen(show):
-    page = opened(show)
+    page = open_plots(show)
     count = page.locator(f"{PLOTS} canvas").count()
     page.locator(f"{PLOTS} .picker input[name=slider_vx]").check()
     assert page.locator(f"{PLOTS} canvas").count() == count + 2
@@ -153,13 +153,13 @@ def test_channels_and_ratio_can_be_chosen(show):
 
 def test_a_link_opens_tier_channels_and_range_and_follows_them(show):
     page = show(anchor="#underestimated")
-    # From another scene, as a click on a link does it; of what is not there the usual is shown.
+    # From another scene, as a click on a link does it; a channel that does not exist is ignored.
     page.evaluate("location.hash = '#press/tight/slider_vx,gone/0.1230-0.1400'")
     page.locator(f"{PLOTS} canvas").first.wait_for()
-    page.wait_for_timeout(1000)  # the plots of what is above get their heights
-    linked = state(page)
-    assert (linked["tier"], linked["shown"]) == ("tight", ["slider_vx"])
-    assert all(each == pytest.approx([0.123, 0.14]) for each in linked["ranges"])
+    page.wait_for_timeout(1000)  # the plots above get their heights
+    view = state(page)
+    assert (view["tier"], view["shown"]) == ("tight", ["slider_vx"])
+    assert all(each == pytest.approx([0.123, 0.14]) for each in view["ranges"])
     assert page.locator(f"{PLOTS} .legend b").all_inner_texts() == ["slider velocity x"]
     title, bar = (page.locator(name).bounding_box() for name in (f"{PLOTS} h3", ".contents"))
     assert bar["y"] + bar["height"] <= title["y"] + 1 < 300
@@ -170,11 +170,11 @@ def test_a_link_opens_tier_channels_and_range_and_follows_them(show):
     link = page.locator(f"{PLOTS} .bar a")
     assert link.get_attribute("href") == address
     # The address of one page opens the same view of another.
-    again = show(anchor=address)
-    again.locator(f"{PLOTS} canvas").first.wait_for()
+    copy = show(anchor=address)
+    copy.locator(f"{PLOTS} canvas").first.wait_for()
     for key in ("tier", "range"):
-        assert state(again)[key] == state(page)[key]
-    assert sorted(state(again)["shown"]) == ["slider_vx", "slider_x"]
+        assert state(copy)[key] == state(page)[key]
+    assert sorted(state(copy)["shown"]) == ["slider_vx", "slider_x"]
     press(page, "0")
     assert link.get_attribute("href") == "#press/standard/slider_x,slider_vx"
 
@@ -202,24 +202,24 @@ def test_the_shown_curves_are_written_as_csv(show, comparisons):
 
 
 def test_the_schematic_moves_with_the_cursor_and_plays_forward_from_an_impact_to_the_end(show, comparisons):
-    page = opened(show)
-    jumped = press(page, "n", "n")
-    at, seen = jumped["index"], page.evaluate(SCHEMATIC)
+    page = open_plots(show)
+    jump = press(page, "n", "n")
+    at, schematic = jump["index"], page.evaluate(SCHEMATIC)
     channel, mechanism = comparisons[0].channels["slider_x"], comparisons[0].scene["mechanism"]
-    assert seen["title"] == f"press at {channel.time[at]:.4f} s"
+    assert schematic["title"] == f"press at {channel.time[at]:.4f} s"
     # A tenth of a pixel, of which 18 are the clearance.
-    assert seen["x"] == pytest.approx(channel.a[at] - mechanism["guide_x"], abs=0.2 / 18 * 2e-4)
-    assert seen["crank"] == pytest.approx(mechanism["crank"]["length"], abs=0.2 / seen["scale"])
+    assert schematic["x"] == pytest.approx(channel.a[at] - mechanism["guide_x"], abs=0.2 / 18 * 2e-4)
+    assert schematic["crank"] == pytest.approx(mechanism["crank"]["length"], abs=0.2 / schematic["scale"])
     press(page, " ")
-    end = jumped["range"][1]
+    end = jump["range"][1]
     page.wait_for_function(
         "([id, end]) => [...viewers.values()].find(v => '#' + v.key === id).range[0] > end", arg=[PLOTS, end]
     )
-    stopped = press(page, " ")
+    pause = press(page, " ")
     # The enlarged range has moved along, and is as wide as before.
-    assert stopped["index"] > at
-    assert stopped["range"][0] <= stopped["time"] <= stopped["range"][1]
-    assert stopped["range"][1] - stopped["range"][0] == pytest.approx(end - jumped["range"][0])
+    assert pause["index"] > at
+    assert pause["range"][0] <= pause["time"] <= pause["range"][1]
+    assert pause["range"][1] - pause["range"][0] == pytest.approx(end - jump["range"][0])
     page.locator(f"{PLOTS} input[type=range]").evaluate(
         "e => { e.value = 0.79; e.dispatchEvent(new Event('input')); }"
     )

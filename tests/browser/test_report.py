@@ -46,19 +46,19 @@ MEASURE = """
 
 @pytest.mark.parametrize("width", [390, 1280])
 def test_the_page_holds_all_and_nothing_is_cut_off_or_overlaps(width, show, comparisons):
-    seen = show(width).evaluate(MEASURE)
-    assert seen["figures"] == 5  # one a scene with channels
+    sizes = show(width).evaluate(MEASURE)
+    assert sizes["figures"] == 5  # one a scene with channels
     # Axes with grid and ticks, both models, the difference and its threshold, legends.
-    assert min(seen["lines"]) >= 10
+    assert min(sizes["lines"]) >= 10
     channels = [
         channel for scene in comparisons for tier in scene.tiers for channel in tier.channels.values()
     ]
-    assert seen["strips"] == sum(channel.verdict != "unexcited" for channel in channels)
-    assert seen["overflow"] == 0
-    assert seen["cut"] == []
-    assert seen["overlaps"] == []
+    assert sizes["strips"] == sum(channel.verdict != "unexcited" for channel in channels)
+    assert sizes["overflow"] == 0
+    assert sizes["cut"] == []
+    assert sizes["overlaps"] == []
     # Exponents of the logarithmic ticks are the smallest: 0.7 of the labels.
-    assert seen["smallest"] >= 0.7 * (7.0 if width < 500 else 11.0)
+    assert sizes["smallest"] >= 0.7 * (7.0 if width < 500 else 11.0)
 
 
 def test_the_overview_is_on_the_first_screen(show):
@@ -97,23 +97,23 @@ def test_a_page_that_lacks_a_scene_is_not_green(show, comparisons, tmp_path):
     html = render(comparisons[:1], title="Press", command="sixbar validate", missing=["late"])
     path.write_text(html, "utf-8")
     page = show(path=path)
-    good = page.locator(".card .verdict.agree").first.evaluate("e => getComputedStyle(e).color")
-    head = page.locator("header *").evaluate_all("all => all.map(e => getComputedStyle(e).color)")
-    assert good not in head
+    colour = page.locator(".card .verdict.agree").first.evaluate("e => getComputedStyle(e).color")
+    colours = page.locator("header *").evaluate_all("all => all.map(e => getComputedStyle(e).color)")
+    assert colour not in colours
     assert "Not compared: late." in page.locator(".lead").inner_text()
 
 
 def test_drawings_stand_in_for_the_plots_in_print_and_without_scripts(show):
-    on_screen, printed = show(anchor="#fault"), show(anchor="#fault")
-    without = show(java_script_enabled=False)
-    printed.emulate_media(media="print")
-    without.locator("details.scene > summary").nth(1).click()
-    for page, drawn in ((on_screen, False), (printed, True), (without, True)):
+    screen, paper = show(anchor="#fault"), show(anchor="#fault")
+    fallback = show(java_script_enabled=False)
+    paper.emulate_media(media="print")
+    fallback.locator("details.scene > summary").nth(1).click()
+    for page, drawn in ((screen, False), (paper, True), (fallback, True)):
         assert page.locator("#fault .static svg").first.is_visible() == drawn
         assert page.locator("#fault .viewer").is_visible() != drawn
 
 
-MOVED = ["slider_x, |E|/2u (99%) = ", "the difference is -1e-06 m"]
+SHIFT = ["slider_x, |E|/2u (99%) = ", "the difference is -1e-06 m"]
 ORDER = ["crashed", "fault", "confirmed", "undecided", "press", "underestimated"]
 
 
@@ -127,20 +127,20 @@ def test_the_worst_scenes_come_first_and_are_named_in_the_headline(show):
     page = show()
     assert page.locator(".grid tbody th").all_inner_texts() == ORDER
     assert page.locator(".lead .verdict").inner_text().split(maxsplit=1)[1] == "cannot compare"
-    named = page.locator(".failing a").all_inner_texts()
-    assert [text.split(",")[0] for text in named] == ORDER[:4]
+    links = page.locator(".failing a").all_inner_texts()
+    assert [text.split(",")[0] for text in links] == ORDER[:4]
 
 
 @pytest.mark.parametrize(
-    ("scene", "sign", "shade", "said"),
+    ("scene", "sign", "shade", "pieces"),
     [
         ("crashed", "!", "bad", ["the exudyn run did not succeed: crashed", "--model exudyn"]),
-        ("fault", "✗", "bad", [*MOVED, "unconfirmed, 3 runs", "formulation="]),
+        ("fault", "✗", "bad", [*SHIFT, "unconfirmed, 3 runs", "formulation="]),
         ("undecided", "?", "open", ["are indeterminate", "required: at least 50%", "--accuracy strict"]),
         ("press", "✓", "good", ["excited channels agree, nearest to its limit"]),
     ],
 )
-def test_each_verdict_says_what_how_much_and_what_next(show, scene, sign, shade, said):
+def test_each_verdict_says_what_how_much_and_what_next(show, scene, sign, shade, pieces):
     page = show(anchor=f"#{scene}--standard")
     cell = page.locator(f'.grid a.cell[href="#{scene}--standard"]')
     assert sign in cell.inner_text()
@@ -148,7 +148,7 @@ def test_each_verdict_says_what_how_much_and_what_next(show, scene, sign, shade,
     card.wait_for(state="visible")
     assert card.evaluate("e => getComputedStyle(e).borderLeftColor") == page.evaluate(SHADE, shade)
     text = " ".join(card.inner_text().split())
-    for words in said:
+    for words in pieces:
         assert words in text
     # Nothing is drawn of a run that does not exist.
     assert page.locator(f"#{scene} .viewer").count() == (scene != "crashed")

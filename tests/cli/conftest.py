@@ -1,6 +1,6 @@
 """The program as its users have it: exit code, lines and files of a command, and documented names of Python.
 
-Most commands are given in this process, as ``comparison.cli.main([...])``, which returns the exit code.
+Most commands run in this process, as ``comparison.cli.main([...])``, which returns the exit code.
 """
 
 import io
@@ -22,11 +22,11 @@ from platformdirs import user_cache_path
 from comparison.cli import main
 from comparison.execution.pool import kept_workers
 
-OF_THE_COMMAND = {"PATH", "COLUMNS", "HOME", "USERPROFILE"}
+COMMAND_VARIABLES = {"PATH", "COLUMNS", "HOME", "USERPROFILE"}
 """Variables that a command reads, and a model's run does not."""
 
 
-class Ended(NamedTuple):
+class Process(NamedTuple):
     code: int
     out: str
     err: str
@@ -41,19 +41,19 @@ class Sixbar:
 
     def __init__(self, folder, environment, site):
         self.folder, self.environment, self.sites = folder, environment, [str(site)]
-        self.last = Ended(0, "", "")
+        self.last = Process(0, "", "")
 
     @property
     def numbers(self):
-        """What the last command printed with ``--json``."""
+        """The JSON that the last command printed."""
         return json.loads(self.last.out)
 
     def __call__(self, *arguments, code=0, **variables):
         """Run a command in this process and require its exit code.
 
-        With packages or other variables of its own it is a process: workers that live on would not see these.
+        A command with packages or other variables of its own is a process: kept workers would not see these.
         """
-        if variables.keys() - OF_THE_COMMAND or len(self.sites) > 1:
+        if variables.keys() - COMMAND_VARIABLES or len(self.sites) > 1:
             self.last = self.process(*map(str, arguments), code=code, env=variables)
             return self.last
         out, err = io.StringIO(), io.StringIO()
@@ -62,7 +62,7 @@ class Sixbar:
             patch.setattr(sys, "path", [*self.sites, *sys.path])
             for name, value in (self.environment | variables).items():
                 patch.setenv(name, value)
-            self.last = Ended(main([*map(str, arguments)]), out.getvalue(), err.getvalue())
+            self.last = Process(main([*map(str, arguments)]), out.getvalue(), err.getvalue())
         assert "Traceback" not in self.last.out + self.last.err
         assert self.last.code == code, (arguments, self.last)
         return self.last
@@ -81,16 +81,16 @@ class Sixbar:
             out, err = (text or "" for text in process.communicate(timeout=600))  # s: it hangs
         assert "Traceback" not in out + err
         assert process.returncode == code, (arguments, out, err)
-        return Ended(code, out, err)
+        return Process(code, out, err)
 
-    def refused(self, arguments, *pieces):
+    def refusal(self, arguments, *pieces):
         """Require bad input to be one line on stderr with these pieces, and no file to change."""
-        before = self.files()
-        ended = self(*(arguments.split() if isinstance(arguments, str) else arguments), code=2)
-        assert (ended.out, ended.err[:8], ended.err.count("\n")) == ("", "sixbar: ", 1), ended.err
-        assert not [piece for piece in pieces if piece not in ended.err], ended.err
-        assert self.files() == before
-        return ended.err
+        files = self.files()
+        process = self(*(arguments.split() if isinstance(arguments, str) else arguments), code=2)
+        assert (process.out, process.err[:8], process.err.count("\n")) == ("", "sixbar: ", 1), process.err
+        assert not [piece for piece in pieces if piece not in process.err], process.err
+        assert self.files() == files
+        return process.err
 
     def files(self):
         """All files below the folder, and with an ending slash all folders."""
@@ -125,7 +125,7 @@ class Sixbar:
         return json.loads(self.text(name))
 
     def junit(self, name):
-        """Test cases by suite and name: what each ends with, and its message; the counts are right."""
+        """Test cases by suite and name, each a tag and a message; require the right counts."""
         root, cases = ET.fromstring(self.text(name)), {}
         for suite in root.findall("testsuite"):
             for case in suite.findall("testcase"):
@@ -141,7 +141,7 @@ class Sixbar:
 def make(tmp_path_factory):
     """The program in a new folder, with a cache of the session, the models of `presses`, and unbroken lines.
 
-    Machine code may come from where the user's own runs left it: only the first run of a version compiles.
+    Machine code may come from the user's own cache: only the first run of a version compiles.
     """
     source, site = Path(__file__).with_name("presses.py").read_text("utf-8"), tmp_path_factory.mktemp("site")
     shutil.copy(fake_model.__file__, site)
@@ -168,8 +168,8 @@ def sixbar(make):
 @pytest.fixture(scope="session")
 def runs(make):
     """Short runs of both models: ``a.csv`` of the reference, ``b.csv`` of Exudyn's tree, ``a.parquet``."""
-    sixbar, short = make(), "--set drive.cycles=0.02 --set output.samples_per_cycle=2000 -q"
+    sixbar, options = make(), "--set drive.cycles=0.02 --set output.samples_per_cycle=2000 -q"
     for out, model in (("a.csv", "reference"), ("a.parquet", "reference"), ("b.csv", "exudyn")):
         tree = "--formulation tree" if model == "exudyn" else ""
-        sixbar(*f"run 150rpm-0.2mm --out {out} {short} --model {model} {tree}".split())
+        sixbar(*f"run 150rpm-0.2mm --out {out} {options} --model {model} {tree}".split())
     return sixbar

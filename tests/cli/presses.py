@@ -1,6 +1,6 @@
 """Models with a known answer, as another package would bring them (docs/engine.md): quick and obedient.
 
-Keys of ``[solver.alpha]``: ``tolerance``, of which ten times are the error, and ``does``, what goes wrong.
+Keys of ``[solver.alpha]``: ``tolerance``, a tenth of the error, and ``does``, the fault.
 """
 
 import os
@@ -11,14 +11,14 @@ from types import SimpleNamespace
 import numpy as np
 from fake_model import signals
 
-STOPPED = {
+FAILURES = {
     "fail": ("newton-failed", "try a smaller step"),
     "violate": ("invariant-violated", "open-depth: corner ul is 2e-07 m inside its wall"),
 }
 
 
 def motion(scene, error, does):
-    """The other fake's motion from a start that is followed, so that neighbouring runs are neighbours."""
+    """The motion of `fake_model`, moved with the start, so that neighbouring runs are neighbours."""
     columns, x = signals(scene, error, 1e-3 * (does == "differ")), scene["initial"]["slider_offset"]
     columns["slider_x"] += x
     columns["slider_y"] += 0.2 * x
@@ -52,15 +52,15 @@ def model(name):
             raise RuntimeError("index out of\nrange")
         while does == "hang":
             time.sleep(0.05)
-        status, remedy = STOPPED.get(does, ("success", ""))
+        status, remedy = FAILURES.get(does, ("success", ""))
         columns = motion(scene, 10 * settings.get("tolerance", 1e-9), does)
-        scene["drive"]["speed_rpm"] = 1.0  # of its own copy
+        scene["drive"]["speed_rpm"] = 1.0  # the scene is its own copy
         end = float(columns["time"][-1])
         contact = {"start": 0.25 * end, "end": 0.3 * end, "normal_speed": 0.1, "impulse": 0.02}
         contact |= {"peak_force": 40.0, "largest_depth": 1e-6}
         return SimpleNamespace(
             columns=columns,
-            events={"corner": np.array(["ll"])} | {key: np.array([of]) for key, of in contact.items()},
+            events={"corner": np.array(["ll"])} | {key: np.array([value]) for key, value in contact.items()},
             extrema={c: {"min": v.min(), "max": v.max()} for c, v in columns.items() if c != "time"},
             provenance={"model": name, "counters": {"steps": columns["time"] if does == "arrays" else 5}},
             status=status,

@@ -41,31 +41,31 @@ def bash(tmp_path, sixbar):
     return run
 
 
-def use_action(bash, given):
-    """Run the steps of the action but the installation; return the name and exit code of each that ran."""
-    inputs = {name: given.get(name, text["default"]) for name, text in ACTION["inputs"].items()}
-    assert set(given) <= set(inputs)
-    ended = []
+def use_action(bash, arguments):
+    """Run the steps of the action except the installation; return the name and exit code of each that ran."""
+    inputs = {name: arguments.get(name, text["default"]) for name, text in ACTION["inputs"].items()}
+    assert set(arguments) <= set(inputs)
+    codes = []
     for step in ACTION["runs"]["steps"][1:]:
         words = re.sub(r"inputs\.(\w+)", lambda name: repr(inputs[name[1]]), step["if"])
         if eval(words.replace("&&", "and")):
-            expected = {f"${{{{ inputs.{name} }}}}": text for name, text in inputs.items()}
-            ended.append(
-                (step["name"], bash(step["run"], **{n: expected[text] for n, text in step["env"].items()}))
+            texts = {f"${{{{ inputs.{name} }}}}": text for name, text in inputs.items()}
+            codes.append(
+                (step["name"], bash(step["run"], **{n: texts[text] for n, text in step["env"].items()}))
             )
-    return ended
+    return codes
 
 
 @pytest.mark.slow
 def test_the_workflow_passes_and_fails_where_the_program_changes(bash):
-    ended = []
+    codes = []
     for step in read(".github/workflows/press.yml")["jobs"]["compare"]["steps"]:
         if "run" in step:
-            ended.append(("run", bash(step["run"])))
+            codes.append(("run", bash(step["run"])))
         elif step["uses"].startswith("OWNER/sixbar-crossval@"):
-            ended += use_action(bash, step["with"])
-    both = [("Compare the tables", 0), ("Run both models on the scenes", 0)]
-    assert ended == [("run", 0), *both]
+            codes += use_action(bash, step["with"])
+    steps = [("Compare the tables", 0), ("Run both models on the scenes", 0)]
+    assert codes == [("run", 0), *steps]
     assert "    angle    agree" in bash.summary.read_text("utf-8")
     assert {"compare", "validate"} == {path.parent.name for path in bash.folder.glob("out/*/report.html")}
     program = bash.folder / "simulate.py"
@@ -99,7 +99,7 @@ def test_the_job_of_gitlab_passes_and_leaves_what_it_keeps(bash):
 def test_the_hook_accepts_scenes_and_refuses_a_mistake(bash):
     (hook,) = yaml.safe_load((ROOT / ".pre-commit-hooks.yaml").read_text("utf-8"))
     (repository,) = read(".pre-commit-config.yaml")["repos"]
-    assert [used["id"] for used in repository["hooks"]] == [hook["id"]]
+    assert [entry["id"] for entry in repository["hooks"]] == [hook["id"]]
     scenes = [path.relative_to(bash.folder).as_posix() for path in bash.folder.rglob("*.toml")]
     assert all(re.search(hook["files"], scene) for scene in scenes)
     command = f"{hook['entry']} {shlex.join(scenes)}"

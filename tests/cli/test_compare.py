@@ -1,4 +1,4 @@
-"""How two tables are judged: by a tolerance, by further runs, at events; and what a comparison writes."""
+"""Verdicts on two tables: by a tolerance, by further runs, at events; and a comparison's files."""
 
 import json
 import shlex
@@ -22,12 +22,12 @@ CODES = {
     "f.csv g.csv --tolerance 0.5": (1, "differ"),  # the first is constant: only equal numbers agree
     "e.csv a.csv --tolerance 1e-3 --at-events left": (1, "differ"),
     "e.csv a.csv --tolerance 1e-3 --at-events right": (0, "agree"),
-    # A limit that decides nothing is warned of.
+    # A limit that decides nothing gives a warning.
     "a.csv b.csv --share 0.9": (3, "--share has no effect without a tolerance"),
     "a.csv b.csv --tolerance 1 --finer-a a.csv --finer-b b.csv": (0, "--tolerance has no effect: the unc"),
     "a.csv b.csv --finer-a a.csv --finer-b b.csv": (0, "a: runs at two settings are equal"),
 }
-REFUSED = {
+REFUSALS = {
     "a.csv hole.csv": "0.39|0.6 s|20 rows",
     "e.csv a.csv": "0.5 s|repeated",
     "a.csv hole.csv --common-time": "20 rows",
@@ -46,15 +46,15 @@ REFUSED = {
 
 @pytest.fixture(scope="module")
 def tables(make):
-    """Of a: b is off by 0.01 at 0.37 s; e twice at 0.5 s, first off by 0.3; f, g: a force; others: holes."""
+    """Table b is off a by 0.01 at 0.37 s; e has 0.5 s twice, first off by 0.3; f, g a force; others holes."""
     sixbar = make()
     sixbar.table("a.csv", time=TIME, x=X)
     sixbar.table("b.csv", time=TIME, x=X + 0.01 * (np.arange(101) == 37))
     sixbar.table("e.csv", time=np.insert(TIME, 50, TIME[50]), x=np.insert(X, 50, X[50] + 0.3))
     sixbar.table("f.csv", time=TIME, x=X, force=0 * X)
     sixbar.table("g.csv", time=TIME, x=X, force=0 * X + 1e-9)
-    for name, missing in (("one", [40]), ("hole", range(40, 60)), ("end", range(90, 101))):
-        sixbar.table(f"{name}.csv", time=np.delete(TIME, missing), x=np.delete(X, missing))
+    for name, gap in (("one", [40]), ("hole", range(40, 60)), ("end", range(90, 101))):
+        sixbar.table(f"{name}.csv", time=np.delete(TIME, gap), x=np.delete(X, gap))
     sixbar.write("one.events.csv", "corner,start,end,normal_speed,impulse,peak_force\nll,0.1,0.2,1,1,1\n")
     sixbar.table("folder/a.csv", time=TIME, x=X)
     sixbar.write("empty.csv", "\n")
@@ -63,20 +63,20 @@ def tables(make):
     return sixbar
 
 
-@pytest.mark.parametrize("both", REFUSED)
-def test_what_cannot_be_compared_never_agrees(both, tables):
-    tables.refused(f"compare {both} --tolerance 1", *REFUSED[both].split("|"))
+@pytest.mark.parametrize("pair", REFUSALS)
+def test_what_cannot_be_compared_never_agrees(pair, tables):
+    tables.refusal(f"compare {pair} --tolerance 1", *REFUSALS[pair].split("|"))
 
 
 @pytest.mark.parametrize("arguments", CODES)
 def test_exit_codes_verdicts_and_warnings(arguments, tables):
-    code, said = CODES[arguments]
-    ended = tables("compare", *arguments.split(), code=code)
-    assert said in ended.out + ended.err
-    assert ("no effect" in ended.err) == ("no effect" in said)
-    assert ended.out.count("coverage") == 2 * ("finer" in arguments)  # which a tolerance knows nothing of
-    assert ended.lines[-1] == "reports/out/compare/report.html"
-    assert (tables.folder / ended.lines[-1]).is_file()
+    code, message = CODES[arguments]
+    process = tables("compare", *arguments.split(), code=code)
+    assert message in process.out + process.err
+    assert ("no effect" in process.err) == ("no effect" in message)
+    assert process.out.count("coverage") == 2 * ("finer" in arguments)  # a tolerance has no coverage
+    assert process.lines[-1] == "reports/out/compare/report.html"
+    assert (tables.folder / process.lines[-1]).is_file()
 
 
 def test_the_numbers_are_written_for_programs(tables):
@@ -99,15 +99,15 @@ def test_the_numbers_are_written_for_programs(tables):
 
 
 def test_the_tolerance_and_the_scale_may_be_the_scenes(sixbar):
-    """Of x the scale is the clearance: 0.2 mm, or with ``[compare]`` in the scene, a share of that."""
+    """The scale of x is the clearance, 0.2 mm; ``[compare]`` in the scene gives the share of it."""
     scene = '[scene]\nextends = "150rpm-0.2mm"\n[output]\ngroups = []\nsamples_per_cycle = 50\n'
     sixbar.write("none.toml", scene)
     sixbar.write("some.toml", f"{scene}[compare]\ntolerance = 1e-2\n")
     time = np.arange(101) * 0.4 / 50
     names = ("slider_y", "slider_angle", "slider_vx", "slider_vy", "slider_omega")
-    still = {name: np.sin(20 * time) for name in names}
+    others = {name: np.sin(20 * time) for name in names}
     for name, error in (("p", 0.0), ("q", 1e-6)):
-        sixbar.table(f"{name}.csv", time=time, slider_x=1e-3 * np.sin(20 * time) + error, **still)
+        sixbar.table(f"{name}.csv", time=time, slider_x=1e-3 * np.sin(20 * time) + error, **others)
 
     p, q, none, some = (sixbar.folder / name for name in ("p.csv", "q.csv", "none.toml", "some.toml"))
     cases = ((none, None, "indeterminate"), (some, None, "agree"), (some, 1e-3, "differ"))
@@ -115,11 +115,11 @@ def test_the_tolerance_and_the_scale_may_be_the_scenes(sixbar):
         result = package.compare(p, q, scene=scene, tolerance=tolerance)
         assert (result.verdict, result.channels["slider_x"].scale) == (verdict, 2e-4)
     sixbar("compare", "p.csv", "q.csv", "--scene", "some.toml")
-    sixbar.refused("compare p.csv q.csv --scene ideal", "slider_ax")
+    sixbar.refusal("compare p.csv q.csv --scene ideal", "slider_ax")
 
 
 def test_what_is_left_out_on_purpose_is_not_listed(sixbar):
-    """But a velocity still interpolates its position, by a cubic: a line would be off by 9e-4 and more."""
+    """A velocity left out still interpolates its position, by a cubic: a line errs by 9e-4 and more."""
     columns = {"slider_x": np.sin(9 * TIME), "slider_vx": 9 * np.cos(9 * TIME)}
     sixbar.table("p.csv", time=TIME, **columns, slider_y=TIME, force=TIME)
     sixbar.table("q.csv", time=TIME[::2], **{name: column[::2] for name, column in columns.items()})
@@ -130,7 +130,7 @@ def test_what_is_left_out_on_purpose_is_not_listed(sixbar):
     assert (result.verdict, [*result.channels]) == ("agree", ["slider_x"])
     assert "force" not in "".join(result.warnings)
     for pair in ("u.csv p.csv", "p.csv u.csv"):
-        sixbar.refused(f"compare {pair} --tolerance 1", "'force'")
+        sixbar.refusal(f"compare {pair} --tolerance 1", "'force'")
     assert [*package.compare(u, v, tolerance=1e-9).channels] == [*columns]
 
 
@@ -138,14 +138,14 @@ def test_what_is_left_out_on_purpose_is_not_listed(sixbar):
     "command", ["a.csv end.csv --common-time --period 0.7", "e.csv a.csv --at-events left"]
 )
 def test_the_command_of_a_report_repeats_what_was_asked(command, tables):
-    """Its numbers are those of the first call, whatever the options were."""
+    """The command gives the numbers of the first call, whatever the options were."""
     options = (
         "--tolerance 0.0123456789 --absolute --share 0.95 --time-tolerance 0.02 --channels x --mapping m.toml"
     )
-    said = tables("compare", *command.split(), *options.split(), "--json").out
-    program, *again = shlex.split(tables.numbers["command"])
-    assert (program, len(again)) == ("sixbar", 1 + len(command.split()) + len(options.split()))
-    assert tables(*again, "--json").out == said
+    output = tables("compare", *command.split(), *options.split(), "--json").out
+    program, *arguments = shlex.split(tables.numbers["command"])
+    assert (program, len(arguments)) == ("sixbar", 1 + len(command.split()) + len(options.split()))
+    assert tables(*arguments, "--json").out == output
 
 
 def test_further_runs_judge_by_their_uncertainty_and_the_order_that_is_stated(sixbar):
@@ -162,7 +162,7 @@ def test_further_runs_judge_by_their_uncertainty_and_the_order_that_is_stated(si
         further = [f"--{kind}-{side}={name}-{ends[kind]}.csv" for kind, side, name in sides]
         return sixbar("compare", "p.csv", f"{other}.csv", "--json", *further, *options, code=code).err
 
-    assert "perturbed" in compare("q", "finer")  # there are none
+    assert "perturbed" in compare("q", "finer")  # there are no perturbed runs
     assert (sixbar.numbers["verdict"], sixbar.numbers["channels"]["y"]["coverage"]) == ("agree", 1.0)
     # The models are 2e-6 apart at most; their errors, and so their uncertainties, are 1e-6 and more.
     assert sixbar.numbers["channels"]["y"]["max_difference"] == pytest.approx(2e-6, rel=1e-3)
@@ -176,7 +176,7 @@ def test_further_runs_judge_by_their_uncertainty_and_the_order_that_is_stated(si
     assert ratios["2,2"] > 1.2 * ratios["2,4"]
     options = ["--refinement-a", "2,2", "--refinement-b=2,2", "--period", "0.7"]
     assert "perturbed" not in compare("r", "finer coarser perturbed perturbed", *options, code=1)
-    # Without an ensemble a difference beyond the uncertainty is one.
+    # Without an ensemble a difference beyond the uncertainty stands, unconfirmed.
     assert sixbar.numbers["confirmation"]["outcome"] == "unconfirmed"
     assert "--period 0.7" in sixbar.numbers["command"]
 
@@ -194,8 +194,8 @@ def test_how_long_two_programs_have_to_agree_is_a_demand_apart(sixbar):
     """The finer runs part from their base at 6 s by a tenth of the scale."""
     time = np.arange(1000) * 0.01
     for name, error in (("p", 1e-9), ("q", -1e-9)):
-        for end, size, apart in (("", 1.0, 0.0), ("-fine", 0.25, 0.2)):
-            y = np.sin(9 * time) + size * error * np.cos(5 * time) + apart * (time > 6.0)
+        for end, size, distance in (("", 1.0, 0.0), ("-fine", 0.25, 0.2)):
+            y = np.sin(9 * time) + size * error * np.cos(5 * time) + distance * (time > 6.0)
             sixbar.table(f"{name}{end}.csv", time=time, y=y)
     command = "compare p.csv q.csv --finer-a p-fine.csv --finer-b q-fine.csv --json"
     for options, (code, words) in UNTIL.items():
@@ -213,8 +213,8 @@ def test_how_long_two_programs_have_to_agree_is_a_demand_apart(sixbar):
 def test_the_peak_of_a_force_is_the_extremum_that_is_recorded_and_not_a_sample(sixbar):
     for name, peak in (("p", 59.0), ("q", 60.5)):
         sixbar.table(f"{name}.csv", time=TIME, corner_ll_normal=39 * (TIME == 0.5))
-        known = {"min": 0.0, "time_of_min": 0.0, "max": peak, "time_of_max": 0.5}
-        sixbar.write(f"{name}.json", json.dumps({"extrema": {"corner_ll_normal": known}}))
+        extremum = {"min": 0.0, "time_of_min": 0.0, "max": peak, "time_of_max": 0.5}
+        sixbar.write(f"{name}.json", json.dumps({"extrema": {"corner_ll_normal": extremum}}))
     sixbar("compare", "p.csv", "q.csv", "--tolerance", "1", "--json")
-    measured = sixbar.numbers["channels"]["corner_ll_normal"]["information"]
-    assert (measured["peak_a"], measured["peak_difference"]) == (59.0, 1.5)
+    information = sixbar.numbers["channels"]["corner_ll_normal"]["information"]
+    assert (information["peak_a"], information["peak_difference"]) == (59.0, 1.5)

@@ -1,4 +1,4 @@
-"""Pages of docs/ that belong to no other test, followed as a reader would: outputs are those printed."""
+"""Pages of docs/ without another test, followed as by a reader: outputs are those of the page."""
 
 import contextlib
 import io
@@ -56,7 +56,7 @@ def test_the_entry_point_and_the_settings_of_the_page_on_engines():
 
 
 @pytest.fixture
-def changed(tmp_path):
+def sources(tmp_path):
     """The packages with the change of the page on contact laws, in a folder of their own."""
     for name in ("sixbar", "comparison", "reference_model", "exudyn_model"):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
@@ -65,36 +65,36 @@ def changed(tmp_path):
     return tmp_path
 
 
-def test_the_change_of_the_page_on_contact_laws_fits_the_sources(changed):
-    text = (changed / "exudyn_model" / "laws.py").read_text("utf-8")
+def test_the_change_of_the_page_on_contact_laws_fits_the_sources(sources):
+    text = (sources / "exudyn_model" / "laws.py").read_text("utf-8")
     assert text.count("APPROACH") == 2
 
 
 @pytest.mark.slow
-def test_the_law_of_the_page_on_contact_laws_is_one_of_both_models(changed, sixbar):
-    """It compiles both models anew; a slip in one of them would be a difference."""
-    (changed / "mine.toml").write_text(block("docs/contact-law.md", "toml"), "utf-8")
+def test_the_law_of_the_page_on_contact_laws_is_one_of_both_models(sources, sixbar):
+    """The test compiles both models anew; a slip in one of them would be a difference."""
+    (sources / "mine.toml").write_text(block("docs/contact-law.md", "toml"), "utf-8")
     (words,) = commands("docs/contact-law.md")
-    environment = os.environ | sixbar.environment | {"PYTHONPATH": str(changed), "COLUMNS": "80"}
-    environment |= {"NUMBA_CACHE_DIR": str(changed / "cache")}
+    environment = os.environ | sixbar.environment | {"PYTHONPATH": str(sources), "COLUMNS": "80"}
+    environment |= {"NUMBA_CACHE_DIR": str(sources / "cache")}
     command = [sys.executable, "-m", "comparison", *words]
-    done = subprocess.run(command, cwd=changed, env=environment, capture_output=True, text=True)
-    assert (done.returncode, "The scene mine agrees." in done.stdout) == (0, True), done.stdout + done.stderr
+    call = subprocess.run(command, cwd=sources, env=environment, capture_output=True, text=True)
+    assert (call.returncode, "The scene mine agrees." in call.stdout) == (0, True), call.stdout + call.stderr
 
 
 CONSOLE = r"^\$ sixbar (.*?)\n(.*?)(?:^\$ echo \$\?\n(\d+)\n)?(?=^\$ |\Z)"  # command, output, exit code
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
-def require(shown, printed):
+def require(reference, output):
     """Require the words of an output, and its numbers unless it says that runs agree.
 
-    What is left between runs that agree is rounding, and the machine's; so are coverage and ratio, which
-    rest on that of perturbed runs.
+    Runs that agree differ by rounding, which is the machine's; so are coverage and ratio, which
+    rest on the rounding of perturbed runs.
     """
-    assert NUMBER.sub("#", printed).split() == NUMBER.sub("#", shown).split()
-    if " agree" not in shown:
-        numbers, expected = (list(map(float, NUMBER.findall(text))) for text in (printed, shown))
+    assert NUMBER.sub("#", output).split() == NUMBER.sub("#", reference).split()
+    if " agree" not in reference:
+        numbers, expected = (list(map(float, NUMBER.findall(text))) for text in (output, reference))
         # Both programs err by less than 1e-10 of what is printed here with three to six digits.
         assert numbers == pytest.approx(expected, rel=1e-4)
 
@@ -102,20 +102,20 @@ def require(shown, printed):
 @pytest.mark.slow
 def test_the_outputs_are_those_of_the_page(sixbar, monkeypatch):
     monkeypatch.chdir(sixbar.folder)
-    scope, printed, commands = {}, "", 0
+    scope, output, commands = {}, "", 0
     for language, text in blocks("docs/tutorial.md"):
         if language == "toml":
             sixbar.write("press.toml", text)
         elif language == "python":
             with contextlib.redirect_stdout(io.StringIO()) as out:
                 exec(text, scope)
-            printed = out.getvalue()
+            output = out.getvalue()
         elif language == "text":
-            require(text, printed)
+            require(text, output)
         else:
-            for command, shown, code in re.findall(CONSOLE, text, re.DOTALL | re.MULTILINE):
-                ended = sixbar(*shlex.split(command), code=int(code or 0), COLUMNS="80")
-                require(shown, ended.out)
+            for command, reference, code in re.findall(CONSOLE, text, re.DOTALL | re.MULTILINE):
+                process = sixbar(*shlex.split(command), code=int(code or 0), COLUMNS="80")
+                require(reference, process.out)
                 commands += 1
     assert commands == 9
 
@@ -125,9 +125,9 @@ def test_the_linkages_of_their_page_run_as_printed(sixbar):
     for language, text in blocks("docs/linkages.md"):
         if language == "toml":
             sixbar.write(files.pop(0), text)
-        for command, shown, code in re.findall(CONSOLE, text, re.DOTALL | re.MULTILINE):
-            ended = sixbar(*shlex.split(command), code=int(code or 0), COLUMNS="80")
-            require(shown, ended.err.strip() if code else ended.out)
+        for command, reference, code in re.findall(CONSOLE, text, re.DOTALL | re.MULTILINE):
+            process = sixbar(*shlex.split(command), code=int(code or 0), COLUMNS="80")
+            require(reference, process.err.strip() if code else process.out)
             commands += 1
     assert (files, commands) == ([], 6)
 
@@ -142,6 +142,6 @@ def test_the_scene_of_its_page_is_planned_and_run_and_its_mistake_refused_as_pri
     for words in others:
         sixbar(*words, "--set", "drive.cycles=0.01")
     sixbar.write("pressed.toml", f'[scene]\nextends = "aluminium.toml"\n{block("docs/scenes.md", "toml", 1)}')
-    assert sixbar("plan", "pressed.toml").err == ""  # that a load has no effect would be a warning
-    ((command, shown, _),) = re.findall(CONSOLE, block("docs/scenes.md", "console"), re.DOTALL | re.MULTILINE)
-    assert sixbar(*shlex.split(command), code=2).err == shown
+    assert sixbar("plan", "pressed.toml").err == ""  # a load without effect would give a warning
+    ((command, page, _),) = re.findall(CONSOLE, block("docs/scenes.md", "console"), re.DOTALL | re.MULTILINE)
+    assert sixbar(*shlex.split(command), code=2).err == page

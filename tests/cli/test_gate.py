@@ -8,9 +8,9 @@ GATE = ["gate", "--baseline", "b.toml", "--out", "g", "--jobs", "1"]
 
 def test_what_is_unchanged_passes_and_a_scene_that_changed_or_is_gone_is_a_regression(sixbar):
     sixbar.write("tiny.toml", SCENE)
-    ended = sixbar("gate", "tiny.toml", "--update", "--baseline", "b.toml", "--jobs", "1", "-q")
-    assert ended.lines[-1] == "b.toml"
-    assert ended.lines[0].startswith("tiny: 2 runs, ")
+    process = sixbar("gate", "tiny.toml", "--update", "--baseline", "b.toml", "--jobs", "1", "-q")
+    assert process.lines[-1] == "b.toml"
+    assert process.lines[0].startswith("tiny: 2 runs, ")
     assert sixbar(*GATE).lines[-1] == "g/report.html"
     assert "<svg" not in sixbar.text("g/report.html")
     result = sixbar.json("g/gate.json")
@@ -23,15 +23,15 @@ def test_what_is_unchanged_passes_and_a_scene_that_changed_or_is_gone_is_a_regre
     assert [tag for tag, _ in sixbar.junit("g/junit.xml").values()] == [""] * len(result["checks"])
     assert str(len(result["checks"])) in sixbar.text("g/summary.md")
     sixbar.write("tiny.toml", SCENE + "[mechanism.rod4]\nlength = 0.2400001\n")
-    ended = sixbar(*GATE, code=1, COLUMNS="500")
+    process = sixbar(*GATE, code=1, COLUMNS="500")
     # When, which run, where, how large; a note on the scene; the runs, and counters last.
     first = (
         "REGRESSION from t = 0.0008 s on: .* scene 'tiny': slider_y at t = 0.0008 s is .*: off by 1e-07 m, 0"
     )
-    assert re.match(first, ended.lines[0]), ended.lines[0]
-    assert "scene 'tiny': its numbers are not those" in ended.lines[1]
-    assert re.match("REGRESSION .* scene 'tiny': . channels deviate, most of all slider_", ended.lines[2])
-    assert "counter" not in "".join(ended.lines[:4])
+    assert re.match(first, process.lines[0]), process.lines[0]
+    assert "scene 'tiny': its numbers are not those" in process.lines[1]
+    assert re.match("REGRESSION .* scene 'tiny': . channels deviate, most of all slider_", process.lines[2])
+    assert "counter" not in "".join(process.lines[:4])
     page = sixbar.text("g/report.html")
     assert page.index("from t = 0.0008 s on: ") < page.index("checks failed") < page.index("<svg")
     assert page.count("<figure") == page.count('role="img"') > 1
@@ -39,9 +39,9 @@ def test_what_is_unchanged_passes_and_a_scene_that_changed_or_is_gone_is_a_regre
     assert "failed" in sixbar.text("g/summary.md")
     sixbar.write("other.toml", SCENE)
     assert "other" in sixbar("gate", "other.toml", *GATE[1:], code=1).out  # the baseline lacks it
-    ended = sixbar("gate", "other.toml", "--update", *GATE[1:3], "--jobs", "1", "-q")
-    assert ended.lines[0].startswith("other: 2 runs, ")
-    assert ended.lines[1:] == ["1 other scene is kept", "b.toml"]
+    process = sixbar("gate", "other.toml", "--update", *GATE[1:3], "--jobs", "1", "-q")
+    assert process.lines[0].startswith("other: 2 runs, ")
+    assert process.lines[1:] == ["1 other scene is kept", "b.toml"]
     assert "its numbers are not those" in sixbar(*GATE, code=1).out  # still of the old tiny.toml
     (sixbar.folder / "tiny.toml").unlink()
     assert "tiny" in sixbar(*GATE, code=1).out

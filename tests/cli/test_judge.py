@@ -47,7 +47,7 @@ def pair(sixbar):
 
 
 @pytest.fixture(scope="module")
-def of_page(make):
+def judge_page(make):
     sixbar, (program, *command) = make(), shlex.split(block(PAGE, "sh"))
     for name, number in (("pendulum.py", 0), ("solver.py", 1)):
         sixbar.write(name, block(PAGE, "python", number))
@@ -64,35 +64,35 @@ print(*{name.partition(".")[0] for name in sys.modules})
 """
 
 
-def test_the_two_functions_of_the_page_load_neither_a_model_nor_a_compiler(of_page):
-    sixbar, _ = of_page
+def test_the_two_functions_of_the_page_load_neither_a_model_nor_a_compiler(judge_page):
+    sixbar, _ = judge_page
     options = {"cwd": sixbar.folder, "capture_output": True, "text": True, "check": True}
     out = subprocess.run([sys.executable, "-c", RUN], **options).stdout
-    shown = (ROOT / PAGE).read_text("utf-8")
-    until, about = (re.search(r"agree until (\S+) s", text)[1] for text in (out, shown))
-    # Where a chaotic motion is lost follows the rounding of the machine: e-fold in some 0.5 s.
-    assert float(until) == pytest.approx(float(about), abs=1.0)
+    source = (ROOT / PAGE).read_text("utf-8")
+    until, reference = (re.search(r"agree until (\S+) s", text)[1] for text in (out, source))
+    # The end of the agreement follows the machine's rounding: a chaotic motion grows e-fold in some 0.5 s.
+    assert float(until) == pytest.approx(float(reference), abs=1.0)
     page = re.sub(r"(?s)<(script|style).*?</\1>|<[^>]*>", " ", sixbar.text("pendulum.html"))
     assert not re.findall(r"\b(press|slider|crank|tier|Exudyn)\b", page)
-    loaded = set(out.splitlines()[-1].split())
-    assert not {"exudyn", "numba", "llvmlite", "reference_model", "exudyn_model"} & loaded
+    modules = set(out.splitlines()[-1].split())
+    assert not {"exudyn", "numba", "llvmlite", "reference_model", "exudyn_model"} & modules
 
 
-def test_the_pair_of_the_page_and_its_step_of_ci(of_page):
-    sixbar, command = of_page
+def test_the_pair_of_the_page_and_its_step_of_ci(judge_page):
+    sixbar, command = judge_page
     run, upload = yaml.safe_load(block(PAGE, "yaml"))
     assert shlex.split(run["run"])[1:] == command
     assert {path.name for path in (sixbar.folder / upload["with"]["path"]).iterdir()} == {
         "report.html", "junit.xml", "summary.md", "summary.json", "tables",
     }  # fmt: skip
-    # What was run is stored until a file has changed, or a module beside it.
+    # Runs are stored until a file has changed, or a module beside it.
     for name, until, code in (("solver.py", "any", 0), ("pendulum.py", "10", 3)):
         text = sixbar.text(name)
         sixbar.write(name, "raise SystemExit('it runs again')")
         assert "it runs again" in sixbar(*command, PATH=PATH, code=2).err
         sixbar.write(name, text)
-        ended = sixbar(*command, "--until", until, PATH=PATH, code=code)
-        assert "LSODA: stored runs of the same command and files are used" in ended.err
+        process = sixbar(*command, "--until", until, PATH=PATH, code=code)
+        assert "LSODA: stored runs of the same command and files are used" in process.err
         cases = sixbar.junit("report/junit.xml").items()
         assert [tag for (_, case), (tag, _) in cases if "verdict" in case] == ["failure" if code else ""]
     assert {path.name for path in (sixbar.folder / "report" / "tables").glob("*.csv")} == {
@@ -100,25 +100,25 @@ def test_the_pair_of_the_page_and_its_step_of_ci(of_page):
     }  # fmt: skip
 
 
-def test_the_fmu_of_the_page(of_page):
+def test_the_fmu_of_the_page(judge_page):
     pytest.importorskip("fmpy")
     pytest.importorskip("pythonfmu")
-    sixbar, _ = of_page
+    sixbar, _ = judge_page
     sixbar.write("slave.py", SLAVE)
     build = [sys.executable, "-m", "pythonfmu", "build", "-f", "slave.py", "-d", ".", "pendulum.py"]
     subprocess.run(build, cwd=sixbar.folder, check=True, capture_output=True)
-    before, _, after = block(PAGE, "toml").partition("[side.b]")
-    text = before + block(PAGE, "toml", 1) + after[after.index("[start]") :]
-    for old, new, code, said in (
+    head, _, tail = block(PAGE, "toml").partition("[side.b]")
+    text = head + block(PAGE, "toml", 1) + tail[tail.index("[start]") :]
+    for old, new, code, message in (
         ("", "", 0, "The two agree until"),
         ("tolerance = 1e-8   #", "step = 5e-3\norder = 4.0\n#", 0, "The two agree until"),
         ('"phi1", ', '"phi3", ', 2, "'phi3' is no variable with a start value; did you mean phi"),
     ):
         assert old in text
         sixbar.write("fmu.toml", text.replace(old, new))
-        ended = sixbar("judge", "fmu.toml", PATH=PATH, code=code)
-        assert said in ended.out + ended.err
-        assert "scale is taken as 1" not in ended.err
+        process = sixbar("judge", "fmu.toml", PATH=PATH, code=code)
+        assert message in process.out + process.err
+        assert "scale is taken as 1" not in process.err
 
 
 SLAVE = """
@@ -160,23 +160,23 @@ REFERENCE = np.linspace(0, 5, 101), np.exp(-np.linspace(0, 5, 101))
 
 
 @pytest.mark.parametrize(
-    ("known", "verdict"),
+    ("side", "verdict"),
     [
         (block(PAGE, "toml", 2).replace("phi1 = 1e-3, phi2 = 1e-3", "y = 1e-3"), "agree"),
         ('[side.a]\nfile = "measured.csv"\nu = { y = 3e-3 }\n', "agree"),
         ('[side.a]\nfile = "measured.csv"\n', "differ"),
     ],
 )
-def test_a_reference_that_is_only_a_file(sixbar, pair, known, verdict):
+def test_a_reference_that_is_only_a_file(sixbar, pair, side, verdict):
     """The file is off by 1e-3, its repetitions by -1e-3 and 0."""
     for name, error in (("measured", 1e-3), ("second", -1e-3), ("third", 0.0)):
         sixbar.table(f"{name}.csv", time=REFERENCE[0], y=REFERENCE[1] + error)
-    command = pair(PAIR[: PAIR.index("[side.b]")], known)
-    ended = sixbar(*command, "--json", PATH=PATH, code=int(verdict == "differ"))
+    command = pair(PAIR[: PAIR.index("[side.b]")], side)
+    process = sixbar(*command, "--json", PATH=PATH, code=int(verdict == "differ"))
     (scene,) = sixbar.numbers["scenes"]
     assert (scene["verdict"], scene["labels"]) == (verdict, ["measured", "b"])
-    assert ("only the error of b is known" in ended.err) == (verdict == "differ")
-    assert "only one state is moved" in ended.err
+    assert ("only the error of b is known" in process.err) == (verdict == "differ")
+    assert "only one state is moved" in process.err
 
 
 def test_the_error_of_a_file_for_compare(sixbar):
@@ -186,24 +186,24 @@ def test_the_error_of_a_file_for_compare(sixbar):
         sixbar.table(f"{name}.csv", time=time, y=y + error)
     for name, text in (("u", "y = 3e-3"), ("less", "y = 1e-6"), ("x", "x = 3e-3"), ("zero", "y = 0.0")):
         sixbar.write(f"{name}.toml", text)
-    judged = "compare a.csv b.csv --finer-b fine.csv"
-    for further, code in (("", 1), ("--u-a u.toml", 0), ("--u-a less.toml", 1), ("--repeat-a one.csv", 0)):
-        err = sixbar(*judged.split(), *further.split(), code=code).err
-        assert ("only the error of b is known" in err) == (not further)
-    err = sixbar(*judged.split(), "--repeat-a", "a.csv", code=1).err
+    command = "compare a.csv b.csv --finer-b fine.csv"
+    for options, code in (("", 1), ("--u-a u.toml", 0), ("--u-a less.toml", 1), ("--repeat-a one.csv", 0)):
+        err = sixbar(*command.split(), *options.split(), code=code).err
+        assert ("only the error of b is known" in err) == (not options)
+    err = sixbar(*command.split(), "--repeat-a", "a.csv", code=1).err
     assert "a: no error is known of y, which counts as exact apart from its round-off" in err
     sixbar(*["compare", "a.csv", "b.csv", "--u-a", "u.toml", "--u-b", "less.toml"])
     for name, error in (("two", 0.0), ("other", 1e-9), ("finer", 0.0)):
         sixbar.table(f"{name}.csv", time=time, y=y + error, v=y**2)
     err = sixbar(*["compare", "two.csv", "other.csv", "--finer-b", "finer.csv", "--u-a", "u.toml"]).err
     assert "two: no error is known of v, which counts as exact" in err
-    sixbar.refused("compare a.csv b.csv --finer-a one.csv --u-a u.toml", "has a finer run")
-    sixbar.refused(f"{judged} --u-a x.toml", "'x'", "is not a channel")
-    sixbar.refused(f"{judged} --u-a zero.toml", "zero.toml: y = 0.0 must be a number > 0")
+    sixbar.refusal("compare a.csv b.csv --finer-a one.csv --u-a u.toml", "has a finer run")
+    sixbar.refusal(f"{command} --u-a x.toml", "'x'", "is not a channel")
+    sixbar.refusal(f"{command} --u-a zero.toml", "zero.toml: y = 0.0 must be a number > 0")
 
 
 EMPTY = "python -c 'import sys; open(sys.argv[1], chr(119))' {out} {tolerance} {start}"
-KILLED = "python -c 'import os; os.kill(os.getpid(), 9)'"
+KILL = "python -c 'import os; os.kill(os.getpid(), 9)'"
 SLOW = "limit = 0.2\n[side.a]\ncommand = \"python -c 'import time; time.sleep(60)'"
 
 
@@ -222,7 +222,7 @@ SLOW = "limit = 0.2\n[side.a]\ncommand = \"python -c 'import time; time.sleep(60
         ('["y"]', '["y", "y"]', "start.states = ['y', 'y'] must not contain a state twice"),
         ("python", "no-such-program", "a, tolerance 1e-06: cannot be run: no program 'no-such-program'"),
         ("a.py", "b.py", "a, tolerance 1e-06: ended with code 2: "),
-        ("python a.py", KILLED, "a, tolerance 1e-06: was ended by SIGKILL: python -c"),
+        ("python a.py", KILL, "a, tolerance 1e-06: was ended by SIGKILL: python -c"),
         ('[side.a]\ncommand = "python a.py', SLOW, "a, tolerance 1e-06: stopped after 0.2 s: python -c"),
         ("{out}", "{out}.csv", "has written no table to {out}"),
         ("python a.py {tolerance} {start} {out}", EMPTY, "sixbar: a: is empty"),
@@ -230,6 +230,6 @@ SLOW = "limit = 0.2\n[side.a]\ncommand = \"python -c 'import time; time.sleep(60
     ],
 )  # fmt: skip
 def test_a_mistake_is_one_line(sixbar, pair, old, new, message):
-    said = sixbar(*pair(old, new), PATH=PATH, code=2).err
-    assert message in said
-    assert len(said.splitlines()) == 1
+    err = sixbar(*pair(old, new), PATH=PATH, code=2).err
+    assert message in err
+    assert len(err.splitlines()) == 1

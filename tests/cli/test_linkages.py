@@ -1,4 +1,4 @@
-"""Linkages from the command line, by both models: validation, gate, comparison, sweep; what is refused."""
+"""Linkages from the command line, by both models: validation, gate, comparison, sweep, refusals."""
 
 import json
 import re
@@ -8,15 +8,15 @@ import pytest
 
 from comparison.regression.record import read, write
 
-FEW = "[output]\nsamples_per_cycle = 100\n[solver.exudyn]\nstep = 2e-4\n"
+OUTPUT = "[output]\nsamples_per_cycle = 100\n[solver.exudyn]\nstep = 2e-4\n"
 
 
 def test_validate_and_gate_take_a_linkage(sixbar):
-    own = f'[scene]\nextends = "quick-return"\n{FEW}'
-    sixbar.write("own.toml", own)
+    text = f'[scene]\nextends = "quick-return"\n{OUTPUT}'
+    sixbar.write("own.toml", text)
     sixbar("validate", "own.toml", "--out", "report", "--json")
     (scene,) = sixbar.numbers["scenes"]
-    assert not scene["warnings"]  # as of moved starts, of which there are none
+    assert not scene["warnings"]  # such as of moved starts: there are none
     assert scene["channels"]["ram.x"]["scale"] == pytest.approx(0.45)  # the rocker is longest
     page = sixbar.text("report/report.html")
     for part in ('data-body="rocker"', 'class="body slider"', "moveBodies", ">rocker</text>"):
@@ -26,9 +26,9 @@ def test_validate_and_gate_take_a_linkage(sixbar):
     gate = ["gate", "--baseline", "base.toml"]
     sixbar("gate", "own.toml", "--update", "--baseline", "base.toml")
     assert "All" in sixbar(*gate).out
-    sixbar.write("own.toml", f"{own}[body.ram]\nmass = 3.001\n")
+    sixbar.write("own.toml", f"{text}[body.ram]\nmass = 3.001\n")
     assert "bed.force at t =" in sixbar(*gate, code=1).out
-    sixbar.write("own.toml", own)
+    sixbar.write("own.toml", text)
     baseline = read(sixbar.folder / "base.toml")
     points = baseline.scenes["own"].reference["standard"].channels["crank.omega"]  # a constant
     points[0] = points[0]._replace(value=-points[0].value)
@@ -38,8 +38,8 @@ def test_validate_and_gate_take_a_linkage(sixbar):
 
 def test_two_corners_that_touch_at_once_are_shown(sixbar):
     """The first contact of the free slider-crank of Flores, Leine and Glocker."""
-    few = ["--set", "output.duration=3e-3", "--set", "output.samples=300", "--set", "solver.exudyn.step=1e-7"]
-    sixbar("validate", "slider-crank", *few, "--out", "report", "--json")
+    run = ["--set", "output.duration=3e-3", "--set", "output.samples=300", "--set", "solver.exudyn.step=1e-7"]
+    sixbar("validate", "slider-crank", *run, "--out", "report", "--json")
     (scene,) = sixbar.numbers["scenes"]
     assert scene["channels"]["G.ll_gap"]["scale"] == 1e-3
     page = sixbar.text("report/report.html")
@@ -51,23 +51,23 @@ def test_a_stored_table_of_others_is_judged_with_an_uncertainty_of_its_own(sixba
     """The slider-crank of Flores, Leine and Glocker before its first contact, by Siconos' SliderCrank.
 
     Every second row of SliderCrankMoreauJeanDirectProjectionOSI.ref, to seven digits or more. Its method is
-    of first order, with steps of 0.1 ms: u is half of what changes most in one of them, chosen once the
+    of first order, with steps of 0.1 ms: u is half of the largest change in one of them, chosen once the
     verdicts by shares of 0.01 to 1 were seen.
     """
-    few = ("--set", "output.duration=2.6e-3", "--set", "output.samples=13")
+    span = ("--set", "output.duration=2.6e-3", "--set", "output.samples=13")
     for name, tolerance in (("a", 1e-10), ("finer", 1e-11)):
         setting = f"solver.reference.tolerance={tolerance}"
-        sixbar("run", "slider-crank", "--model", "reference", *few, "--set", setting, "--out", f"{name}.csv")
+        sixbar("run", "slider-crank", "--model", "reference", *span, "--set", setting, "--out", f"{name}.csv")
     sixbar.write("siconos.csv", Path(__file__).with_name("cases").joinpath("siconos.csv").read_bytes())
     step = {"crank.angle": 0.015, "rod.angle": 0.0075, "crank.omega": 1.9, "rod.omega": 1.2}
-    judged = "--finer-a", "finer.csv", "--u-b", "u.toml", "--channels", ",".join(step)
+    options = "--finer-a", "finer.csv", "--u-b", "u.toml", "--channels", ",".join(step)
     for share, code in ((0.5, 0), (0.01, 1)):
         sixbar.write("u.toml", "".join(f'"{name}" = {share * change}\n' for name, change in step.items()))
-        sixbar("compare", "a.csv", "siconos.csv", *judged, code=code)
+        sixbar("compare", "a.csv", "siconos.csv", *options, code=code)
 
 
 def test_models_that_assemble_it_differently_are_not_compared(sixbar):
-    """Rod and cylinder of an inverted slider-crank lie either way round; nothing says which."""
+    """Rod and cylinder of an inverted slider-crank lie either way round; the scene does not say which."""
     text = """
         body.crank = {length = 0.06, centroid = 0.02, mass = 0.5, inertia = 4e-4}
         body.rod = {length = 0.18, centroid = 0.08, mass = 0.4, inertia = 1.2e-3}
@@ -79,15 +79,15 @@ def test_models_that_assemble_it_differently_are_not_compared(sixbar):
         drive = {body = "crank", speed_rpm = 120, cycles = 0.01}
     """
     sixbar.write("cylinder.toml", text)
-    ended = sixbar("validate", "cylinder.toml", "-q", code=2)
-    assert "in different positions: rod starts at 192.095 deg (reference) and 12.0948 deg" in ended.out
+    process = sixbar("validate", "cylinder.toml", "-q", code=2)
+    assert "in different positions: rod starts at 192.095 deg (reference) and 12.0948 deg" in process.out
     guess = ("--set", "guess.rod.angle_deg=12", "--set", "guess.cylinder.angle_deg=12")
     sixbar("validate", "cylinder.toml", "-q", *guess)
 
 
 def test_tables_of_a_linkage_are_compared_plotted_and_swept(sixbar):
     sixbar("run", "four-bar", "--model", "reference", "--out", "a.csv", "--set", "drive.cycles=0.1")
-    assert not [*sixbar.folder.glob("*.events.csv")]  # of contacts, of which there are none
+    assert not [*sixbar.folder.glob("*.events.csv")]  # there are no contacts
     # The drive's speed is constant.
     assert "crank.alpha    unexcited" in sixbar("compare", "a.csv", "a.csv", "--tolerance", "1e-6").out
     sixbar("plot", "a.csv", "--channels", "coupler.x,drive.torque", "--out", "p.svg")
@@ -134,7 +134,7 @@ solver.exudyn = { step = 1e-2 }
 )
 def test_a_mistake_in_a_linkage_is_one_line(sixbar, text, message):
     sixbar.write("own.toml", text)
-    sixbar.refused("plan own.toml", message)
+    sixbar.refusal("plan own.toml", message)
 
 
 def test_beside_a_driven_body_each_freedom_has_a_position_and_a_rate(sixbar):
@@ -148,15 +148,15 @@ def test_beside_a_driven_body_each_freedom_has_a_position_and_a_rate(sixbar):
 
 def test_a_guess_that_is_not_followed_is_named(sixbar):
     for angle, followed in ((-90, True), (250, True), (170, False)):
-        said = sixbar("plan", "four-bar", "--set", f"guess.rocker.angle_deg={angle}", "--json").out
-        left = [what for plan in json.loads(said) for what, _ in plan["left_out"]]
-        assert left.count("guess.rocker") == (0 if followed else 2)
+        output = sixbar("plan", "four-bar", "--set", f"guess.rocker.angle_deg={angle}", "--json").out
+        names = [name for plan in json.loads(output) for name, _ in plan["left_out"]]
+        assert names.count("guess.rocker") == (0 if followed else 2)
 
 
 def test_what_is_deleted_from_a_new_linkage_is_gone(sixbar):
     sixbar("new", "own.toml", "--from", "four-bar")
     sixbar.write("own.toml", re.sub(r"\[pin\.C\].*?\n\n", "", sixbar.text("own.toml"), flags=re.DOTALL))
-    sixbar.refused("plan own.toml", "needs 3 positions and 2 rates")
+    sixbar.refusal("plan own.toml", "needs 3 positions and 2 rates")
 
 
 def test_a_linkage_at_rest_has_a_page(sixbar):
@@ -167,5 +167,5 @@ def test_a_linkage_at_rest_has_a_page(sixbar):
 
 def test_a_run_that_fails_at_a_change_point_names_the_position(sixbar):
     changes = "--set", "body.coupler.length=0.15", "--set", "solver.exudyn.step=1e-2"
-    refused = sixbar("run", "four-bar", "--model", "exudyn", *changes, "--out", "x.csv", code=2).err
-    assert "perhaps by a singular position near t = 0.4166" in refused
+    message = sixbar("run", "four-bar", "--model", "exudyn", *changes, "--out", "x.csv", code=2).err
+    assert "perhaps by a singular position near t = 0.4166" in message

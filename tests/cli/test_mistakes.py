@@ -105,7 +105,7 @@ def folder(sixbar):
 
 @pytest.mark.parametrize("command", MISTAKES, ids=lambda command: command[:70])
 def test_a_mistake_is_one_line(command, folder):
-    folder.refused(command, *MISTAKES[command].split("|"))
+    folder.refusal(command, *MISTAKES[command].split("|"))
 
 
 VALUES = {
@@ -141,8 +141,8 @@ VALUES = {
 
 @pytest.mark.parametrize("change", VALUES)
 def test_a_bad_value_is_named_with_its_rule(change, sixbar):
-    where = [] if VALUES[change].startswith("--set") else ["scene '150rpm-0.2mm"]
-    sixbar.refused(["plan", "150rpm-0.2mm", "--set", change], *where, *VALUES[change].split("|"))
+    place = [] if VALUES[change].startswith("--set") else ["scene '150rpm-0.2mm"]
+    sixbar.refusal(["plan", "150rpm-0.2mm", "--set", change], *place, *VALUES[change].split("|"))
 
 
 PAPER = '[scene]\nextends = "paper"\n'
@@ -167,20 +167,20 @@ FILES = {
 
 @pytest.mark.parametrize("text", FILES, ids=lambda text: repr(text[:50]))
 def test_a_bad_scene_file_is_one_line_that_cannot_colour_a_terminal(text, sixbar):
-    err = sixbar.refused(f"plan {sixbar.write('bad.toml', text)}", *FILES[text].split("|"))
+    err = sixbar.refusal(f"plan {sixbar.write('bad.toml', text)}", *FILES[text].split("|"))
     assert "\x1b" not in err
 
 
 def test_names_that_are_no_text_or_would_colour_a_terminal(sixbar):
-    sixbar.refused(["plan", "\udcff.toml"], r"\udcff.toml", "UTF-8")
+    sixbar.refusal(["plan", "\udcff.toml"], r"\udcff.toml", "UTF-8")
     for command in (["plan", "\x1b]0;title\x07"], ["\x1b[31m"], ["plan", "ideal", "--\x1b[31m"]):
-        assert "\x1b" not in sixbar.refused(command, r"\x1b")
+        assert "\x1b" not in sixbar.refusal(command, r"\x1b")
 
 
 def test_a_scene_may_begin_with_a_byte_order_mark(sixbar):
-    """As editors of Windows write it."""
+    """Editors of Windows write it."""
     text = '[scene]\nextends = "ideal"\n'
     sixbar.write("plain.toml", text)
     sixbar.write("marked.toml", text.encode("utf-8-sig"))
-    plain, marked = (sixbar("plan", f"{name}.toml").out for name in ("plain", "marked"))
-    assert plain.replace("plain", "marked") == marked
+    plan, marked_plan = (sixbar("plan", f"{name}.toml").out for name in ("plain", "marked"))
+    assert plan.replace("plain", "marked") == marked_plan

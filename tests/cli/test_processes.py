@@ -9,28 +9,28 @@ from pathlib import Path
 
 import pytest
 
-PATIENCE = 600.0  # s; how long something may take on a busy machine that takes a second on an idle one
+PATIENCE = 600.0  # s; limit on a busy machine for what takes a second on an idle one
 VALIDATE = ["validate", "--models", "alpha,beta", "--out", "v", "-q", "--jobs", "1"]
 RUN = ["run", "--model", "beta", "--out", "x.csv", "-q"]
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals and devices of POSIX")
 
 
-def until(condition):
+def wait_until(condition):
     end = time.monotonic() + PATIENCE
     while not condition():
         assert time.monotonic() < end
         time.sleep(0.02)
 
 
-def hanging(sixbar, *arguments, **options):
+def start_hanging(sixbar, *arguments, **options):
     log = sixbar.folder / sixbar.write("log", "")
     process = sixbar.start(*arguments, env={"PRESSES_LOG": str(log)}, **options)
-    until(lambda: "hang" in log.read_text() or process.poll() is not None)
+    wait_until(lambda: "hang" in log.read_text() or process.poll() is not None)
     return process, log
 
 
-def interrupted(sixbar, *arguments, by=signal.SIGINT):
-    """Start a command, interrupt it as a terminal does once a run hangs, and return what it printed."""
+def interrupt(sixbar, *arguments, by=signal.SIGINT):
+    """Start a command, interrupt it as a terminal does once a run hangs, and return its output."""
 
     def ended():
         try:
@@ -39,12 +39,12 @@ def interrupted(sixbar, *arguments, by=signal.SIGINT):
             return True
         return False
 
-    # What runs in the background hands down that SIGINT is ignored.
+    # A job in the background hands down that SIGINT is ignored.
     options = {"preexec_fn": lambda: signal.signal(signal.SIGINT, signal.SIG_DFL), "start_new_session": True}
-    process, log = hanging(sixbar, *arguments, **options)
+    process, log = start_hanging(sixbar, *arguments, **options)
     os.killpg(process.pid, by)
     out, err = process.communicate(timeout=PATIENCE)
-    until(ended)
+    wait_until(ended)
     log.unlink()
     assert (process.returncode, err[:19], err.count("\n")) == (130, "sixbar: interrupted", 1)
     return out
@@ -54,7 +54,7 @@ def interrupted(sixbar, *arguments, by=signal.SIGINT):
 def test_an_interrupt_leaves_the_report_of_the_scenes_that_are_finished(sixbar, by):
     sixbar.write("v/tables/hang-beta.csv", "of an earlier call")
     good, hang = sixbar.press("good"), sixbar.press("hang", beta='does = "hang"')
-    assert "1 of 2 scenes. Not compared: hang." in interrupted(sixbar, *VALIDATE, good, hang, by=by)
+    assert "1 of 2 scenes. Not compared: hang." in interrupt(sixbar, *VALIDATE, good, hang, by=by)
     summary = sixbar.json("v/summary.json")
     assert (summary["exit_code"], summary["not_compared"]) == (130, ["hang"])
     assert [scene["verdict"] for scene in summary["scenes"]] == ["agree"]
@@ -66,44 +66,44 @@ def test_an_interrupt_leaves_the_report_of_the_scenes_that_are_finished(sixbar, 
 
 def test_ctrl_c_before_anything_is_finished_writes_nothing(sixbar):
     path = sixbar.press("hang", beta='does = "hang"')
-    before = sixbar.files()
-    assert interrupted(sixbar, *RUN, path) == ""
-    assert sixbar.files() == before
+    files = sixbar.files()
+    assert interrupt(sixbar, *RUN, path) == ""
+    assert sixbar.files() == files
 
 
 def test_a_worker_that_is_killed_costs_its_run_alone(sixbar):
-    """As where memory runs out: the other runs of the scene and the other scene go on."""
+    """The other runs of the scene and the other scene go on, as where memory runs out."""
     scenes = sixbar.press("hang", beta='does = "hang"'), sixbar.press("good", beta="tolerance = 5e-9")
-    (process, log), killed = hanging(sixbar, *VALIDATE, "--quick", *scenes), set()
+    (process, log), pids = start_hanging(sixbar, *VALIDATE, "--quick", *scenes), set()
 
     def kill_those_that_hang():
         for line in log.read_text().splitlines():
             _, does, pid, *_ = line.split()
-            if does == "hang" and pid not in killed:
-                killed.add(pid)
+            if does == "hang" and pid not in pids:
+                pids.add(pid)
                 os.kill(int(pid), signal.SIGKILL)
         return process.poll() is not None
 
-    until(kill_those_that_hang)
+    wait_until(kill_those_that_hang)
     out, err = process.communicate()
-    assert (process.returncode, bool(killed)) == (70, True), (out, err)
+    assert (process.returncode, bool(pids)) == (70, True), (out, err)
     bad, good = sixbar.json("v/summary.json")["scenes"]
     assert (bad["verdict"], good["verdict"]) == ("cannot compare", "agree")
     assert "its process" in bad["reason"]
 
 
 def test_workers_end_with_a_command_that_is_killed(sixbar):
-    process, _ = hanging(sixbar, *VALIDATE, sixbar.press("hang", beta='does = "hang"'))
+    process, _ = start_hanging(sixbar, *VALIDATE, sixbar.press("hang", beta='does = "hang"'))
     process.kill()
     process.communicate(timeout=PATIENCE)  # ends where no worker holds the streams any more
 
 
 def test_the_script_is_the_module(sixbar):
     script = [str(Path(sys.executable).with_name("sixbar")), "plan", "idael"]
-    ended = subprocess.run(script, capture_output=True, text=True, cwd=sixbar.folder, check=False)
+    process = subprocess.run(script, capture_output=True, text=True, cwd=sixbar.folder, check=False)
     module = sixbar.process("plan", "idael", code=2)
-    assert (ended.returncode, ended.stdout, ended.stderr) == (2, module.out, module.err)
-    assert module.err == sixbar.refused("plan idael")
+    assert (process.returncode, process.stdout, process.stderr) == (2, module.out, module.err)
+    assert module.err == sixbar.refusal("plan idael")
 
 
 def test_a_reader_that_leaves_early_is_no_verdict_and_a_full_disk_one_line(sixbar):
@@ -114,15 +114,15 @@ def test_a_reader_that_leaves_early_is_no_verdict_and_a_full_disk_one_line(sixba
     assert process.wait(timeout=PATIENCE) == 141  # and not 1, "differ"
     if Path("/dev/full").exists():
         with open("/dev/full", "w") as full:  # noqa: PTH123
-            ended = sixbar.process("scenes", stdout=full, code=2)
-        assert "No space left on device" in ended.err
-        assert ended.err.count("\n") == 1
+            failure = sixbar.process("scenes", stdout=full, code=2)
+        assert "No space left on device" in failure.err
+        assert failure.err.count("\n") == 1
 
 
 @pytest.mark.parametrize(("command", "stream", "code"), [("scenes", 1, 0), ("plan nowhere", 2, 2)])
 def test_a_stream_that_is_closed_changes_no_exit_code(command, stream, code, sixbar):
-    ended = sixbar.process(*command.split(), code=code, preexec_fn=lambda: os.close(stream))
-    assert (ended.out, ended.err) == ("", "")
+    process = sixbar.process(*command.split(), code=code, preexec_fn=lambda: os.close(stream))
+    assert (process.out, process.err) == ("", "")
 
 
 def test_on_a_disk_that_is_full_old_files_stay_as_they_were(sixbar):
@@ -135,18 +135,18 @@ def test_on_a_disk_that_is_full_old_files_stay_as_they_were(sixbar):
     sixbar.table("a.csv", time=[0, 1, 2, 3], x=[0, 1, 0, 2])
     command = ["compare", "a.csv", "a.csv", "--out", "c", "--json", "--tolerance"]
     sixbar(*command, "1")
-    before = sixbar.files()
-    ended = sixbar.process(*command, "2", code=2, preexec_fn=small_files)
-    assert ended.err.splitlines()[-1].startswith("sixbar: ")
-    assert "internal error" not in ended.err
-    assert sixbar.files() == before
+    files = sixbar.files()
+    process = sixbar.process(*command, "2", code=2, preexec_fn=small_files)
+    assert process.err.splitlines()[-1].startswith("sixbar: ")
+    assert "internal error" not in process.err
+    assert sixbar.files() == files
 
 
 def test_without_a_cache_that_can_be_written_a_command_works_and_says_so(sixbar):
     cache = {"SIXBAR_CACHE_DIR": str(sixbar.folder / sixbar.write("file", ""))}
-    ended = sixbar.process(*RUN, sixbar.press("one"), env=cache)
-    assert ended.err.count("sixbar: warning: ") == ended.err.count("\n") == 1
-    assert "file" in ended.err
+    process = sixbar.process(*RUN, sixbar.press("one"), env=cache)
+    assert process.err.count("sixbar: warning: ") == process.err.count("\n") == 1
+    assert "file" in process.err
 
 
 def test_a_pipe_is_not_waited_for(sixbar):
@@ -155,8 +155,8 @@ def test_a_pipe_is_not_waited_for(sixbar):
 
 
 def test_a_folder_that_is_gone_is_one_line(sixbar):
-    gone = sixbar.folder / "gone"
-    gone.mkdir()
-    ended = sixbar.process("scenes", code=2, cwd=gone, preexec_fn=gone.rmdir)
-    assert (ended.out, ended.err.count("\n")) == ("", 1)
-    assert ended.err.startswith("sixbar: the working directory ")
+    folder = sixbar.folder / "gone"
+    folder.mkdir()
+    process = sixbar.process("scenes", code=2, cwd=folder, preexec_fn=folder.rmdir)
+    assert (process.out, process.err.count("\n")) == ("", 1)
+    assert process.err.startswith("sixbar: the working directory ")

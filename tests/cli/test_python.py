@@ -1,4 +1,4 @@
-"""Names that README.md and docs/*.md give to programs: the examples run, and do what is said of them."""
+"""Names of Python in README.md and docs/*.md: the examples run, and do what their page says."""
 
 import doctest
 import io
@@ -17,7 +17,7 @@ import sixbar as package
 from comparison.tables.table import Table
 
 
-def printed(code):
+def output_of(code):
     out = io.StringIO()
     with redirect_stdout(out):
         exec(code, {"__name__": "__main__"})  # our own text
@@ -25,7 +25,7 @@ def printed(code):
 
 
 def test_the_five_lines_of_the_readme():
-    contacts, *_, largest = printed(block("README.md", "python")).split()
+    contacts, *_, largest = output_of(block("README.md", "python")).split()
     assert int(contacts) > 10
     assert -0.5503 < float(largest) < -0.5497  # within the guide: 0.2 mm to either side, and a depth
 
@@ -38,18 +38,18 @@ def test_the_example_in_the_docstring_of_a_name_of_sixbar(name):
     assert name in dir(package)
     assert getattr(package, name).__name__ == name
     (example,) = doctest.DocTestFinder(recurse=False).find(getattr(package, name), name, globs={})
-    said = io.StringIO()
-    assert doctest.DocTestRunner().run(example, out=said.write).failed == 0, said.getvalue()
+    output = io.StringIO()
+    assert doctest.DocTestRunner().run(example, out=output.write).failed == 0, output.getvalue()
 
 
 def test_the_import_of_sixbar_imports_none_of_what_its_names_need():
     code = "import sys; before = set(sys.modules); import sixbar; print(*set(sys.modules) - before)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
-    assert {name.partition(".")[0] for name in done.stdout.split()} - sys.stdlib_module_names == {"sixbar"}
+    call = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert {name.partition(".")[0] for name in call.stdout.split()} - sys.stdlib_module_names == {"sixbar"}
 
 
 def test_the_channels_of_a_scene():
-    names = printed(block("docs/engine.md", "python", 2))
+    names = output_of(block("docs/engine.md", "python", 2))
     assert names.startswith("['slider_x', 'slider_y'")
     assert names.count("'") == 2 * 21
 
@@ -60,8 +60,8 @@ def test_a_run_is_a_table_that_is_drawn_and_printed_in_a_few_lines():
     assert list(run.events)[:3] == ["corner", "start", "end"]
     assert run.plot("slider_x") is not None
     assert str(run).startswith("RunTable: 21 samples, 0 contacts (reference success) of time, slider_x, ")
-    compared = package.compare(run, run, tolerance=1e-3)
-    for each in (compared, compared.channels["slider_x"], run.scene):
+    comparison = package.compare(run, run, tolerance=1e-3)
+    for each in (comparison, comparison.channels["slider_x"], run.scene):
         assert len(str(each)) < 100
         assert type(each).__name__ in str(each)
 
@@ -73,14 +73,14 @@ SPIKE = A.assign(slider_x=A.slider_x + 8.0 * (A.index == 3))
 
 
 def test_the_fixture_of_pytest_has_tolerances_of_single_channels(assert_agree):
-    """One is off by 1e-4 of at most 1, and its range is 0.08."""
-    given, known = {"tolerance": 1e-9}, {"tolerances": {"slider_vx": 1.01e-4}, "absolute": True}
-    assert_agree(A, B, channels=["slider_x"], **given)
-    assert_agree(A, B, tolerances={"slider_vx": 1e-2}, **given)
-    assert_agree(A, B, **given, **known)
-    for options in ({}, known | {"tolerances": {"slider_vx": 9e-5}}):
+    """One channel is off by 1e-4 of at most 1; its range is 0.08."""
+    tolerance, override = {"tolerance": 1e-9}, {"tolerances": {"slider_vx": 1.01e-4}, "absolute": True}
+    assert_agree(A, B, channels=["slider_x"], **tolerance)
+    assert_agree(A, B, tolerances={"slider_vx": 1e-2}, **tolerance)
+    assert_agree(A, B, **tolerance, **override)
+    for options in ({}, override | {"tolerances": {"slider_vx": 9e-5}}):
         with pytest.raises(AssertionError, match="1 of 2 channels differ, most of all slider_vx"):
-            assert_agree(A, B, **given, **options)
+            assert_agree(A, B, **tolerance, **options)
     assert_agree(A, B, tolerances={"slider_x": 1e-9}, allow_indeterminate=True)
 
 
@@ -100,9 +100,9 @@ def test_the_fixture_of_pytest_has_tolerances_of_single_channels(assert_agree):
     ],
 )
 def test_the_fixture_of_pytest_fails_with_the_verdict(other, options, pieces, assert_agree):
-    with pytest.raises(AssertionError) as failed:
+    with pytest.raises(AssertionError) as error:
         assert_agree(A, other, **options)
-    assert all(piece in str(failed.value).splitlines()[0] for piece in pieces.split("|"))
+    assert all(piece in str(error.value).splitlines()[0] for piece in pieces.split("|"))
 
 
 ROUND_TRIPS = {
@@ -117,29 +117,29 @@ ROUND_TRIPS = {
 @pytest.mark.parametrize("kind", ROUND_TRIPS)
 @pytest.mark.parametrize("end", ["csv", "parquet"])
 def test_a_written_expected_table_is_accepted_by_the_next_test(kind, end, assert_agree, tmp_path):
-    obtained, path = ROUND_TRIPS[kind], tmp_path / "expected" / f"run.{end}"
+    table, path = ROUND_TRIPS[kind], tmp_path / "expected" / f"run.{end}"
     units = end == "parquet" and kind == "units in the names"
-    said = r"a Parquet file states no units.*name it \.csv$" if units else "was missing, and is written"
-    with pytest.raises(AssertionError, match=said):
-        assert_agree(path, obtained, tolerance=1e-9)
+    message = r"a Parquet file states no units.*name it \.csv$" if units else "was missing, and is written"
+    with pytest.raises(AssertionError, match=message):
+        assert_agree(path, table, tolerance=1e-9)
     assert path.exists() != units
     if not units:
-        assert_agree(path, obtained, tolerance=1e-15)  # every digit
+        assert_agree(path, table, tolerance=1e-15)  # every digit
 
 
 def test_a_mapping_of_the_second_table_serves_the_fixture(assert_agree, tmp_path):
-    """In mm with the other sign: of a table expected, given or written."""
-    theirs = pd.DataFrame({"Time": TIME, "disp": -1e3 * A.slider_x, "vel": -1e3 * A.slider_vx})
+    """The mapping is from mm with the other sign; the expected table is given or written."""
+    table = pd.DataFrame({"Time": TIME, "disp": -1e3 * A.slider_x, "vel": -1e3 * A.slider_vx})
     rules = (("disp", "x", "mm"), ("vel", "vx", "mm/s"))
-    lines = [f'[b.{own}]\nchannel = "slider_{name}"\nunit = "{unit}"\nsign = -1' for own, name, unit in rules]
+    lines = [f'[b.{key}]\nchannel = "slider_{name}"\nunit = "{unit}"\nsign = -1' for key, name, unit in rules]
     mapping, path = tmp_path / "m.toml", tmp_path / "written.csv"
     mapping.write_text("\n".join(lines))
-    assert_agree(A, theirs, mapping=mapping, tolerance=1e-9)
+    assert_agree(A, table, mapping=mapping, tolerance=1e-9)
     with pytest.raises(AssertionError, match="was missing, and is written"):
-        assert_agree(path, theirs, mapping=mapping, tolerance=1e-9)
+        assert_agree(path, table, mapping=mapping, tolerance=1e-9)
     assert path.read_text().startswith("time [s],slider_x [m],slider_vx [m/s]")
-    assert_agree(path, theirs, mapping=mapping, tolerance=1e-9)
-    # Rules for the first table alone: what is written from the second cannot follow them.
+    assert_agree(path, table, mapping=mapping, tolerance=1e-9)
+    # Rules for the first table alone: a table written from the second cannot follow them.
     mapping.write_text('[a.ours]\nchannel = "slider_x"\nunit = "m"')
     with pytest.raises(AssertionError, match=r"'ours' is not in .*late\.csv is not written$"):
         assert_agree(tmp_path / "late.csv", A, mapping=mapping, tolerance=1e-9)
@@ -156,8 +156,8 @@ FRAMES = {
 @pytest.mark.parametrize("kind", FRAMES)
 def test_a_frame_says_in_any_way_what_is_its_time(kind):
     assert package.compare(A, FRAMES[kind], tolerance=1e-9).verdict == "agree"
-    apart = FRAMES[kind].iloc[:, :-1].assign(slider_vx=B.slider_vx.to_numpy() + 1)
-    assert package.compare(A, apart, tolerance=1e-9).verdict == "differ"
+    other = FRAMES[kind].iloc[:, :-1].assign(slider_vx=B.slider_vx.to_numpy() + 1)
+    assert package.compare(A, other, tolerance=1e-9).verdict == "differ"
 
 
 X = A[["time", "slider_x"]]
@@ -188,27 +188,27 @@ MISUSES = [
 ]
 
 
-@pytest.mark.parametrize(("call", "said"), MISUSES, ids=[call[:60] for call, _ in MISUSES])
-def test_a_misuse_of_a_name_of_sixbar_is_one_line_of_this_package(call, said):
+@pytest.mark.parametrize(("call", "message"), MISUSES, ids=[call[:60] for call, _ in MISUSES])
+def test_a_misuse_of_a_name_of_sixbar_is_one_line_of_this_package(call, message):
     names = {name: getattr(package, name) for name in package.__all__}
     names |= {"A": A, "B": B, "X": X, "pd": pd, "array": np.array, "nan": np.nan, "inf": np.inf}
     names["SHORT"] = package.load_scene("ideal", {"drive.cycles": 0.02})
-    with pytest.raises(ValueError, match=re.escape(said)) as failed:
+    with pytest.raises(ValueError, match=re.escape(message)) as error:
         eval(call, names)
-    assert type(failed.value).__module__.startswith("comparison.")
-    assert "\n" not in str(failed.value)
+    assert type(error.value).__module__.startswith("comparison.")
+    assert "\n" not in str(error.value)
 
 
 def test_a_scene_is_a_name_a_path_or_a_scene_and_numbers_may_be_numpys(tmp_path):
     path = tmp_path / "short.toml"
     path.write_text('[scene]\nextends = "ideal"\n[drive]\ncycles = 0.02\n')
     first = package.simulate(package.load_scene(path))
-    known = {"drive.cycles": np.float64(0.02), "output.samples_per_cycle": np.int64(500)}
-    assert package.load_scene("ideal", known).name == "ideal+drive.cycles=0.02+output.samples_per_cycle=500"
+    values = {"drive.cycles": np.float64(0.02), "output.samples_per_cycle": np.int64(500)}
+    assert package.load_scene("ideal", values).name == "ideal+drive.cycles=0.02+output.samples_per_cycle=500"
     for each in (path, str(path)):
         pd.testing.assert_frame_equal(package.simulate(each).frame, first.frame)
-        compared = package.compare(first, first, scene=each, tolerance=np.float32(1e-3), share=np.int64(1))
-        assert (compared.verdict, compared.name) == ("agree", "short")
+        comparison = package.compare(first, first, scene=each, tolerance=np.float32(1e-3), share=np.int64(1))
+        assert (comparison.verdict, comparison.name) == ("agree", "short")
     results = package.validate([path, package.load_scene(path)], n_jobs=0, tiers="standard")
     assert [result.comparison.verdict for result in results] == ["agree", "agree"]
 

@@ -1,4 +1,4 @@
-"""``sixbar compare --suggest-mapping``: what it writes is right, says what it rests on, and can be used."""
+"""``sixbar compare --suggest-mapping``: the mapping is right, states its evidence, and can be used."""
 
 import tomllib
 
@@ -24,7 +24,7 @@ UNITS = {
 }
 
 
-def ours(sixbar):
+def project_table(sixbar):
     """A table of this project: a record stands beside it."""
     sixbar.write("ours.json", "{}")
     return sixbar.table("ours.csv", time=TIME, **MOTION)
@@ -35,9 +35,9 @@ def ours(sixbar):
 def test_units_follow_from_the_data_whichever_table_is_known(head, order, sixbar):
     names, factors = UNITS[head]
     columns = (np.asarray(column)[::4] for column in (TIME, *MOTION.values()))
-    scaled = [column * factor for column, factor in zip(columns, factors, strict=True)]
-    sixbar.table("b.csv", **dict(zip(names.split(","), scaled, strict=True)))
-    files = [ours(sixbar), "b.csv"][::order]
+    values = [column * factor for column, factor in zip(columns, factors, strict=True)]
+    sixbar.table("b.csv", **dict(zip(names.split(","), values, strict=True)))
+    files = [project_table(sixbar), "b.csv"][::order]
     sixbar("compare", "--suggest-mapping", *files, "--out", "m.toml")
     first, second, mapping = (sixbar.folder / name for name in (*files, "m.toml"))
     result = compare(first, second, mapping=mapping, tolerance=1e-9, absolute=True)
@@ -51,12 +51,12 @@ def test_a_table_of_this_project_is_in_seconds_however_long_the_other_one_is(six
     sixbar.table("b.csv", TIME=TIME * 1e3, q=y * 1e3)
     for files in (("ours.csv", "b.csv"), ("b.csv", "ours.csv")):
         sixbar("compare", "--suggest-mapping", *files, "--out", f"{files[0]}.toml")
-        written = tomllib.loads(sixbar.text(f"{files[0]}.toml"))
-        (side,) = {"a", "b"} & written.keys()  # the other table needs no rule
-        assert [rule["unit"] for rule in written[side].values()] == ["ms", "mm"]
+        mapping = tomllib.loads(sixbar.text(f"{files[0]}.toml"))
+        (side,) = {"a", "b"} & mapping.keys()  # the other table needs no rule
+        assert [rule["unit"] for rule in mapping[side].values()] == ["ms", "mm"]
 
 
-OPEN = {
+CASES = {
     "another motion": {"q1": np.sin(31 * TIME), "q2": np.cos(900 * TIME)},
     "a constant": {"force_1": 0 * TIME + 3, "q2": 0 * TIME},
     "a name that the data contradict": {"q1": TIME, "slider.x": np.cos(20 * TIME)},
@@ -64,25 +64,25 @@ OPEN = {
 }
 
 
-@pytest.mark.parametrize("case", OPEN)
+@pytest.mark.parametrize("case", CASES)
 def test_what_the_data_do_not_show_is_listed(case, sixbar):
-    sixbar.table("b.tab", TIME=TIME * 1e3, **OPEN[case])
-    ended = sixbar("compare", "--suggest-mapping", ours(sixbar), "b.tab")
-    assert ended.lines[-1] == "b.mapping.toml"
-    written = tomllib.loads(sixbar.text("b.mapping.toml"))
-    assert ("compare" not in written, set(written["b"])) == (True, {"TIME"})
-    left = sixbar.text("b.mapping.toml").partition("# Not assigned")[2]
-    assert all(name in left for name in (*OPEN[case], *MOTION))
-    sixbar.refused("compare --suggest-mapping ours.csv b.tab", "b.mapping.toml", "not overwritten")
+    sixbar.table("b.tab", TIME=TIME * 1e3, **CASES[case])
+    process = sixbar("compare", "--suggest-mapping", project_table(sixbar), "b.tab")
+    assert process.lines[-1] == "b.mapping.toml"
+    mapping = tomllib.loads(sixbar.text("b.mapping.toml"))
+    assert ("compare" not in mapping, set(mapping["b"])) == (True, {"TIME"})
+    rest = sixbar.text("b.mapping.toml").partition("# Not assigned")[2]
+    assert all(name in rest for name in (*CASES[case], *MOTION))
+    sixbar.refusal("compare --suggest-mapping ours.csv b.tab", "b.mapping.toml", "not overwritten")
 
 
 @pytest.mark.parametrize("names", ["t,x,y,phi t,px,py,phi_2", "time,x,y,q time,x,y,q", "t,a,b,c t,d,e,f"])
 def test_two_tables_without_units_are_compared_as_numbers(names, sixbar):
-    """Of channels of one's own, by the mapping as it is written; what differs is found."""
-    for name, own, change in zip(["a.csv", "b.csv"], names.split(), [0, 1e-3], strict=True):
+    """The mapping as written defines channels of its own; a difference is found."""
+    for name, header, change in zip(["a.csv", "b.csv"], names.split(), [0, 1e-3], strict=True):
         x, y, angle, _ = MOTION.values()
         columns = (TIME, x, y, angle * (1 + change))
-        sixbar.table(name, **dict(zip(own.split(","), columns, strict=True)))
+        sixbar.table(name, **dict(zip(header.split(","), columns, strict=True)))
     sixbar("compare", "--suggest-mapping", "a.csv", "b.csv")
     a, b, mapping = (sixbar.folder / name for name in ("a.csv", "b.csv", "b.mapping.toml"))
     channels = compare(a, b, mapping=mapping, tolerance=1e-4).channels
@@ -92,13 +92,13 @@ def test_two_tables_without_units_are_compared_as_numbers(names, sixbar):
 
 @pytest.mark.parametrize(("name", "increases"), [("t_ms", True), ("mark", False)])
 def test_a_time_of_another_name_is_the_first_column_that_increases(sixbar, name, increases):
-    """Without one nothing is assigned."""
+    """Without such a column nothing is assigned."""
     rows = "".join(f"{k if increases else k % 2},{k % 7}\n" for k in range(50))
     for table in "ab":
         sixbar.write(f"{table}.csv", f"{name},x\n{rows}")
     sixbar("compare", "--suggest-mapping", "a.csv", "b.csv")
-    written = tomllib.loads(sixbar.text("b.mapping.toml"))
-    assert (written["a"][name]["channel"] == "time") if increases else "a" not in written
+    mapping = tomllib.loads(sixbar.text("b.mapping.toml"))
+    assert (mapping["a"][name]["channel"] == "time") if increases else "a" not in mapping
 
 
 def test_a_table_whose_dialect_is_stated_is_suggested_with_it(sixbar):
@@ -106,7 +106,7 @@ def test_a_table_whose_dialect_is_stated_is_suggested_with_it(sixbar):
     sixbar.write("b.csv", "time;q\n" + rows)
     sixbar.write("dialect.toml", '[dialect.b]\ndecimal = "."\n')
     sixbar.table("a.csv", time=np.arange(50), p=np.arange(50) % 7 + 1.5)
-    sixbar.refused("compare --suggest-mapping a.csv b.csv", "state decimal", "in [dialect] of a mapping")
+    sixbar.refusal("compare --suggest-mapping a.csv b.csv", "state decimal", "in [dialect] of a mapping")
     sixbar("compare", "--suggest-mapping", "a.csv", "b.csv", "--mapping", "dialect.toml")
     a, b, mapping = (sixbar.folder / name for name in ("a.csv", "b.csv", "b.mapping.toml"))
     result = compare(a, b, mapping=mapping, tolerance=1e-9)

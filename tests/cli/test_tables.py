@@ -1,4 +1,4 @@
-"""Tables of other programs: what is read, in which units and by which names, and what is refused.
+"""Tables of other programs: values, units and names that are read, and tables that are refused.
 
 Most have three columns, time, x and v.
 """
@@ -17,7 +17,7 @@ def rows(columns=(TIME, X, V)):
     return "\n".join(",".join(f"{value:.6f}" for value in row) for row in zip(*columns, strict=True)) + "\n"
 
 
-PLAIN = "time,x,v\n" + rows()
+TABLE = "time,x,v\n" + rows()
 LAST = "0.841471"  # the last number of x
 UNITS = {
     "time,x,v\nms,in,cm/s\n": ((1e3, 1 / 0.0254, 100), "time,x [m],v [m/s]\n"),
@@ -28,8 +28,8 @@ UNITS = {
 @pytest.mark.parametrize("head", UNITS)
 def test_units_are_converted_to_those_of_the_first_table(head, sixbar):
     factors, other = UNITS[head]
-    scaled = [column * factor for column, factor in zip((TIME, X, V), factors, strict=True)]
-    lines = (",".join(map(repr, row)) for row in np.transpose(scaled).tolist())
+    columns = [column * factor for column, factor in zip((TIME, X, V), factors, strict=True)]
+    lines = (",".join(map(repr, row)) for row in np.transpose(columns).tolist())
     a = sixbar.write("a.csv", head + "\n".join(lines))
     b = sixbar.write("b.csv", other + rows())
     # Conversions round at 2e-16; a factor that is wrong is off by more than a hundredth.
@@ -39,12 +39,12 @@ def test_units_are_converted_to_those_of_the_first_table(head, sixbar):
 
 
 NO_TABLES = [
-    *((PLAIN.replace(LAST, bad), "x|row 11") for bad in ("nan", "inf", "")),
-    (PLAIN.replace("x,v", "x,w"), "'v'"),
-    (PLAIN.replace("0.500000,0.479426", "0.4,0.5"), "0.4 s|row 6"),
+    *((TABLE.replace(LAST, bad), "x|row 11") for bad in ("nan", "inf", "")),
+    (TABLE.replace("x,v", "x,w"), "'v'"),
+    (TABLE.replace("0.500000,0.479426", "0.4,0.5"), "0.4 s|row 6"),
     ("time,x,v\n0,1,1\n1.01,2,2\n1.00,3,3\n2,4,4\n", "time does not increase in data row 3: 1.01 s, then"),
     ("time,x,v\n" + rows(((TIME / 4).round(1), X, V)), "too few digits"),
-    (PLAIN + PLAIN, "line 13"),
+    (TABLE + TABLE, "line 13"),
     ("time,x,v\n0,1,2\n", "b: 1 data rows"),
     ("\x89HDF\r\n\x1a\n" + "0" * 100, "b.csv: |HDF5"),
     ("\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + "0" * 600, "b.csv: |Excel"),
@@ -54,12 +54,12 @@ NO_TABLES = [
 
 @pytest.mark.parametrize(("text", "pieces"), NO_TABLES, ids=[repr(text[-50:]) for text, _ in NO_TABLES])
 def test_what_is_no_table_of_numbers_is_refused(text, pieces, sixbar):
-    sixbar.write("plain.csv", PLAIN)
+    sixbar.write("plain.csv", TABLE)
     sixbar.write("b.csv", text.encode("latin-1"))
-    sixbar.refused("compare plain.csv b.csv --tolerance 1", "b", *pieces.split("|"))
+    sixbar.refusal("compare plain.csv b.csv --tolerance 1", "b", *pieces.split("|"))
 
 
-OWN = """[channels]
+MAPPING = """[channels]
 knee = {unit = "deg", scale = 60.0, angle = true}
 moment = {unit = "N m", factor = 736.0}
 [a]
@@ -72,21 +72,21 @@ h = {channel = "moment", unit = "N m"}
 
 
 def test_a_mapping_defines_channels_of_its_own(sixbar):
-    own = sixbar.folder / sixbar.write("own.toml", OWN)
+    mapping = sixbar.folder / sixbar.write("own.toml", MAPPING)
     knee = 30 * np.sin(TIME)
     a = pd.DataFrame({"time": TIME, "knee_r [deg]": knee, "h [N m]": X})
 
-    def compared(bent, tolerance):
+    def comparison(bend, tolerance):
         # Whole revolutions of an angle do not matter.
-        angle = np.radians(knee + bent) + 2 * np.pi
+        angle = np.radians(knee + bend) + 2 * np.pi
         b = pd.DataFrame({"time": TIME, "p": angle, "h": X})
-        return compare(a, b, mapping=own, tolerance=tolerance)
+        return compare(a, b, mapping=mapping, tolerance=tolerance)
 
-    result = compared(0.0, 1e-9)  # conversions round at 1e-15
+    result = comparison(0.0, 1e-9)  # conversions round at 1e-15
     assert result.verdict == "agree"
     assert (result.channels["knee"].unit, result.channels["knee"].scale) == ("deg", 60.0)
-    # Both have it per body weight: its scale is the range of the first, as the factor makes it.
+    # Both have it per body weight: its scale is the range of the first, times the factor.
     assert result.channels["moment"].scale == pytest.approx(736 * np.ptp(X), rel=1e-12)
     # Allowed are 0.3 and 0.6 degrees.
-    assert compared(0.5, 0.005).channels["knee"].verdict == "differ"
-    assert compared(0.5, 0.01).verdict == "agree"
+    assert comparison(0.5, 0.005).channels["knee"].verdict == "differ"
+    assert comparison(0.5, 0.01).verdict == "agree"

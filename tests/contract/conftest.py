@@ -37,18 +37,18 @@ VARIANTS = {
 }
 
 # A sample every 4e-6 s, some fifty in a contact of steel.
-DENSE = {"drive.cycles": 0.1, "output.samples_per_cycle": 100_000}
-THROWN = {"initial.slider_omega": 0.2, "initial.slider_angle": 1e-4}
+SAMPLING = {"drive.cycles": 0.1, "output.samples_per_cycle": 100_000}
+THROW = {"initial.slider_omega": 0.2, "initial.slider_angle": 1e-4}
 SCENES = {
     # Thrown into its guide with a spin: short hits of single corners, at first in free flight.
-    "rattle": ("150rpm-0.2mm", {**DENSE, **THROWN}),
+    "rattle": ("150rpm-0.2mm", {**SAMPLING, **THROW}),
     # Opposite corners in a soft guide, the shipped scene.
-    "wedge": ("wedge", DENSE),
+    "wedge": ("wedge", SAMPLING),
     # Thrown likewise under the law adams-impact, 0.1 mm inside a workpiece.
     "punch": (
         "150rpm-0.2mm",
         {
-            **DENSE, **THROWN, "contact.law": "adams-impact", "load.surface": 0.1892,
+            **SAMPLING, **THROW, "contact.law": "adams-impact", "load.surface": 0.1892,
             "load.table": [[0.0, 0.0], [2e-3, 8.0], [2e-2, 4.0]],
         },
     ),
@@ -77,7 +77,7 @@ class Run:
 
     @property
     def reference(self):
-        """Whether it is one of the reference model's."""
+        """True for a run of the reference model."""
         return self.variant.model is reference_model
 
     def contacts(self, corner):
@@ -93,20 +93,20 @@ def run():
 
     It succeeds, or has one of the statuses ``failures``.
     """
-    known = {}
+    runs = {}
 
     def simulate(variant, scene, changes=None, failures=()):
-        chosen = VARIANTS[variant]
-        name, own = SCENES.get(scene, (scene, {}))
+        setup = VARIANTS[variant]
+        name, values = SCENES.get(scene, (scene, {}))
         key = repr((variant, scene, changes or {}))
-        if key not in known:
-            settings = {f"solver.{key}": value for key, value in chosen.settings.items()}
-            groups = {"output.groups": list(chosen.groups)}
-            data = load_scene(name, {**groups, **settings, **own, **(changes or {})}).data
-            result = chosen.model.simulate(data)
+        if key not in runs:
+            settings = {f"solver.{key}": value for key, value in setup.settings.items()}
+            groups = {"output.groups": list(setup.groups)}
+            data = load_scene(name, {**groups, **settings, **values, **(changes or {})}).data
+            result = setup.model.simulate(data)
             assert result.status in ("success", *failures), result.remedy
-            known[key] = Run(data, result, chosen)
-        return known[key]
+            runs[key] = Run(data, result, setup)
+        return runs[key]
 
     return simulate
 
@@ -118,6 +118,6 @@ def variant(request):
 
 
 @pytest.fixture(params=["rattle", "wedge", "punch"])
-def short(request, variant, run):
+def short_run(request, variant, run):
     """Each formulation's run of each short scene."""
     return run(variant, request.param)

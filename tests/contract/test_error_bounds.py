@@ -1,6 +1,6 @@
 """The names of an accuracy keep their error bounds, on every shipped scene from another start.
 
-Exact is what the reference gives at 1e-14 from the same start. This start lies between those of the
+The reference at 1e-14 from the same start is exact. This start lies between those of the
 table, which are whole multiples of 10 nm.
 """
 
@@ -17,14 +17,14 @@ from comparison.scene import load_scene, shipped_scenes
 SIMULATE = {"reference": reference_model.simulate, "exudyn": exudyn_model.simulate}
 # m. Of a thousand starts about one grazes a wall and is outside its bound, as the table says: -10.5e-8 m on
 # poisson-0.33 at strict, by 6 times.
-MOVED = 3.5e-8
+SHIFT = 3.5e-8
 
 
 @cache
-def started(name):
-    """The first cycle of a shipped scene, or what it has of it, from the moved start."""
+def shifted_scene(name):
+    """The first cycle of a shipped scene, or its part of one, from the moved start."""
     scene = load_scene(name)
-    offset = scene.data["initial"]["slider_offset"] + MOVED
+    offset = scene.data["initial"]["slider_offset"] + SHIFT
     cycles = min(1.0, scene.data["drive"]["cycles"])
     return scene.with_values({"initial.slider_offset": offset, "drive.cycles": cycles})
 
@@ -37,12 +37,12 @@ def slider_x(scene, model):
 
 @cache
 def exact(name):
-    return slider_x(started(name).with_values({"solver.reference.tolerance": 1e-14}), "reference")
+    return slider_x(shifted_scene(name).with_values({"solver.reference.tolerance": 1e-14}), "reference")
 
 
 CASES = [
     *((name, "reference", "minimal") for name in shipped_scenes()),
-    # Against the other model: an error that the tree's own finest run shared would be seen.
+    # The other model is exact: the tree's own finest run might share an error.
     *((name, "exudyn", "tree") for name in shipped_scenes() if load_scene(name).loose),
     # Some 15 s a scene
     *(pytest.param(name, "exudyn", "full", marks=pytest.mark.slow) for name in shipped_scenes()),
@@ -54,9 +54,9 @@ CASES = [
 def test_a_named_accuracy_keeps_its_error_bound(name, model, formulation, accuracy):
     values = {f"solver.{model}.formulation": formulation}
     # The error bound is the shipped scene's: a moved start is another one, which would only borrow it.
-    shipped = load_scene(name, values)
-    chosen = solver_values(model, accuracy, shipped)
-    bound = forecast(shipped.with_values(chosen), model)
+    scene = load_scene(name, values)
+    settings = solver_values(model, accuracy, scene)
+    bound = forecast(scene.with_values(settings), model)
     assert (bound.scene, bound.own) == (name, True)
-    simulated = slider_x(started(name).with_values(values).with_values(chosen), model)
-    assert np.abs(simulated - exact(name)).max() <= bound.error
+    x = slider_x(shifted_scene(name).with_values(values).with_values(settings), model)
+    assert np.abs(x - exact(name)).max() <= bound.error

@@ -8,21 +8,21 @@ CONSTRAINTS = {"constraint-position", "constraint-velocity"}
 PAPER = "150rpm-0.2mm"
 
 
-def test_each_run_is_checked(short):
-    invariants = short.result.provenance["invariants"]
-    formulation = short.scene["solver"]["reference" if short.reference else "exudyn"]["formulation"]
-    expected = CONTACT | ({"energy"} if "energy" in short.variant.groups else set())
+def test_each_run_is_checked(short_run):
+    invariants = short_run.result.provenance["invariants"]
+    formulation = short_run.scene["solver"]["reference" if short_run.reference else "exudyn"]["formulation"]
+    expected = CONTACT | ({"energy"} if "energy" in short_run.variant.groups else set())
     assert set(invariants) == expected | (CONSTRAINTS if formulation in ("multiplier", "full") else set())
-    for computed in invariants.values():
-        assert 0.0 <= computed["value"] <= computed["bound"]
-        assert 0.0 <= computed["time_s"] <= short.columns["time"][-1] * (1 + 1e-12)
+    for invariant in invariants.values():
+        assert 0.0 <= invariant["value"] <= invariant["bound"]
+        assert 0.0 <= invariant["time_s"] <= short_run.columns["time"][-1] * (1 + 1e-12)
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_no_random_press_breaks_one(run, variant, seed):
     """Run 0.01 s from anywhere between the walls, or from 4 um inside of one, moving into it.
 
-    A force that jumps, of the paper's law, has no potential and gives the slider what energy it likes: it may
+    A force that jumps, of the paper's law, has no potential and gives the slider any energy: it may
     fly at a speed that a fixed step does not follow, so that five bodies go without it.
     """
     rng = np.random.default_rng([seed, *variant.encode()])
@@ -48,17 +48,17 @@ def test_no_random_press_breaks_one(run, variant, seed):
 @pytest.mark.parametrize("variant", ["reference-minimal", "reference-multiplier", "exudyn-index2"])
 @pytest.mark.parametrize("name", ["rattle", "wedge", "punch"])
 def test_the_balance_of_energy_closes(run, variant, name):
-    simulated = run(variant, name)
-    parts = {key: simulated.columns[f"energy_{key}"] for key in ("drive", "gravity", "damping", "friction")}
-    lost = parts["damping"] + parts["friction"]
+    simulation = run(variant, name)
+    parts = {key: simulation.columns[f"energy_{key}"] for key in ("drive", "gravity", "damping", "friction")}
+    loss = parts["damping"] + parts["friction"]
     # Integrated with the motion at 1e-12; by the trapezoidal rule over steps of 2e-6 s through hits of
-    # 1.5e-4 s, (1/75)^2 of what they take.
-    assert lost[-1] > 1e-5
-    residual = np.abs(simulated.columns["energy_residual"]).max()
-    bound = (1e-8 if simulated.reference else 1e-3) * lost[-1]
+    # 1.5e-4 s, (1/75)^2 of their losses.
+    assert loss[-1] > 1e-5
+    residual = np.abs(simulation.columns["energy_residual"]).max()
+    bound = (1e-8 if simulation.reference else 1e-3) * loss[-1]
     assert residual <= bound
     assert np.all(np.diff(parts["friction"]) >= 0.0)
     assert all(values[0] == 0.0 for values in parts.values())  # counted from t = 0
     for part in ("kinetic", "contact"):
-        assert simulated.result.extrema[f"energy_{part}"]["min"] >= 0.0
-        assert np.all(simulated.columns[f"energy_{part}"] >= 0.0)
+        assert simulation.result.extrema[f"energy_{part}"]["min"] >= 0.0
+        assert np.all(simulation.columns[f"energy_{part}"] >= 0.0)

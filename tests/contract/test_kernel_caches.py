@@ -25,7 +25,7 @@ for seal in seals:
 """
 
 
-def flipped(content):
+def flip(content):
     middle = len(content) // 2
     return content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :]
 
@@ -34,14 +34,14 @@ DAMAGES = {
     "cut": lambda content: content[: len(content) // 2],
     "emptied": lambda content: content[:0],
     "zeroed": lambda content: bytes(len(content)),
-    "bit": flipped,
+    "bit": flip,
 }
 
 
 def call(folder, cache, *names, scale=SCALE, value=6.0, env=None):
-    """Call kernels of both packages in a process; which of them came from the cache, and its stderr.
+    """Call kernels of both packages in a process; return flags of those from the cache, and stderr.
 
-    They are in a file of ``folder``; ``cache`` is its SIXBAR_CACHE_DIR, ``env`` more of its environment,
+    Their file is in ``folder``; ``cache`` is its SIXBAR_CACHE_DIR, ``env`` more of its environment,
     ``scale`` the text that defines or imports the function which they call with 2, to get ``value``.
     """
     script, text = folder / "caller.py", "kernels, seals = [], []\n"
@@ -50,18 +50,18 @@ def call(folder, cache, *names, scale=SCALE, value=6.0, env=None):
         text += "".join(KERNEL.format(package, name) for name in names or ("scaled",))
     if not script.exists():
         script.write_text(text + CALLER)
-    usual = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
-    environment = {**usual, "PYTHONPATH": PATH, "SIXBAR_CACHE_DIR": str(cache), **(env or {})}
+    variables = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
+    environment = {**variables, "PYTHONPATH": PATH, "SIXBAR_CACHE_DIR": str(cache), **(env or {})}
     command = [sys.executable, str(script)]
-    done = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    called, returned, hits = zip(*(line.split() for line in done.stdout.splitlines()), strict=True)
-    assert {*map(float, returned)} == {value}
-    return dict(zip(called, (hit == "1" for hit in hits), strict=True)), done.stderr
+    run = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+    kernels, results, hits = zip(*(line.split() for line in run.stdout.splitlines()), strict=True)
+    assert {*map(float, results)} == {value}
+    return dict(zip(kernels, (hit == "1" for hit in hits), strict=True)), run.stderr
 
 
 def every(stored, *names):
-    """What `call` says if all of these kernels came from the cache, or none."""
+    """The flags of `call` if all of these kernels came from the cache, or none."""
     return {f"{package}_{name}": stored for package in IMPORTS for name in names or ("scaled",)}
 
 
@@ -84,8 +84,8 @@ def test_a_damaged_file_is_compiled_anew_and_what_replaces_it_is_trusted(tmp_pat
 def test_an_edit_of_a_function_that_a_kernel_calls_is_noticed(tmp_path):
     """The kernel's own file stays as it is, which is all that numba looks at."""
     for package in IMPORTS:
-        source, unbuilt = Path(import_module(package).__file__).parent, shutil.ignore_patterns("__pycache__")
-        shutil.copytree(source, tmp_path / package, ignore=unbuilt)
+        source, ignore = Path(import_module(package).__file__).parent, shutil.ignore_patterns("__pycache__")
+        shutil.copytree(source, tmp_path / package, ignore=ignore)
     env = {"PYTHONPATH": os.pathsep.join([str(tmp_path), PATH])}
     for factor, stored in ((3.0, False), (3.0, True), (5.0, False)):
         for package, imports in IMPORTS.items():
@@ -93,30 +93,30 @@ def test_an_edit_of_a_function_that_a_kernel_calls_is_noticed(tmp_path):
                 imports + SCALE.format(package).replace("3.0", str(factor))
             )
         scale = "from {0}.callee import {0}_scale\n"
-        called = call(tmp_path, tmp_path / "cache", env=env, scale=scale, value=2.0 * factor)
-        assert called[0] == every(stored)
+        answer = call(tmp_path, tmp_path / "cache", env=env, scale=scale, value=2.0 * factor)
+        assert answer[0] == every(stored)
 
 
 def test_an_empty_variable_is_one_that_is_not_set(tmp_path):
     home = tmp_path / "home"
     home.mkdir()
-    unset = {"HOME": str(home), "XDG_CACHE_HOME": "", "SIXBAR_CACHE_DIR": "", "NUMBA_CACHE_DIR": ""}
-    call(tmp_path, tmp_path, env=unset)
+    variables = {"HOME": str(home), "XDG_CACHE_HOME": "", "SIXBAR_CACHE_DIR": "", "NUMBA_CACHE_DIR": ""}
+    call(tmp_path, tmp_path, env=variables)
     assert all(files(home, name=f"{package}_scaled") for package in IMPORTS)
     assert not [path for path in files(tmp_path) if home not in path.parents]
 
 
 def test_where_nothing_can_be_stored_a_process_compiles_and_says_so_in_one_warning(tmp_path):
-    """Below a file, or at the home of a user without an entry in the password file."""
+    """The cache is below a file, or at the home of a user without an entry in the password file."""
     (tmp_path / "file").touch()
     (tmp_path / "sitecustomize.py").write_text("import pwd\npwd.getpwuid = {}.__getitem__\n")
-    homeless = {"HOME": "", "XDG_CACHE_HOME": "", "PYTHONPATH": os.pathsep.join([str(tmp_path), PATH])}
-    for cache, env, where in (
+    variables = {"HOME": "", "XDG_CACHE_HOME": "", "PYTHONPATH": os.pathsep.join([str(tmp_path), PATH])}
+    for cache, env, place in (
         (tmp_path / "file", {}, str(tmp_path / "file")),
-        ("", homeless, "home folder"),
+        ("", variables, "home folder"),
     ):
         _, err = call(tmp_path, cache, env=env)
         assert err.count("RuntimeWarning") == len(IMPORTS)
-        assert err.count(where) >= len(IMPORTS)
+        assert err.count(place) >= len(IMPORTS)
         assert "SIXBAR_CACHE_DIR" in err
     assert not files(tmp_path)

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-CENTRED = {"mechanism.reference_offset": 0.0, "initial.slider_offset": 0.0}
+CENTRE = {"mechanism.reference_offset": 0.0, "initial.slider_offset": 0.0}
 
 
 def test_small_clearance_tends_to_the_ideal_mechanism_at_first_order(run, variant):
     """A quarter of the clearance, a quarter of the deviation; y moves tan(beta) times as far as x."""
     # Through the largest tan(beta), 0.2093, with x at both walls.
-    common = {**CENTRED, "drive.cycles": 0.2, "output.groups": []}
+    common = {**CENTRE, "drive.cycles": 0.2, "output.groups": []}
     ideal, deviations = run("reference-minimal", "ideal", common).columns, []
     for clearance in (4e-5, 1e-5):
         columns = run(variant, "150rpm-0.2mm", {**common, "clearance.slider": clearance}).columns

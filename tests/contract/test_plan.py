@@ -1,4 +1,4 @@
-"""The plan of a run is what the models do: names, channels left out, the smallest by default."""
+"""The plan of a run agrees with the models: names, channels left out, the smallest by default."""
 
 import pytest
 from reference_states import IDEAL, PIN
@@ -20,34 +20,34 @@ JOINTS = {"slider": {}, "pin": IDEAL | PIN, "both": PIN, "none": IDEAL}
 @pytest.mark.parametrize("model", MODELS)
 def test_the_model_records_the_formulation_that_was_planned(model, joints, groups):
     scene = load_scene("150rpm-0.2mm", JOINTS[joints] | AUTO | SHORT | {"output.groups": groups})
-    made = plan(scene, model)
+    scheme = plan(scene, model)
     result = MODELS[model].simulate(scene.data)
-    assert result.provenance["formulation"] == made.formulation
+    assert result.provenance["formulation"] == scheme.formulation
     assert sorted(result.columns) == sorted(["time", *expected(scene.data)])
-    assert set(made.integrated) | set(made.prescribed) == {"crank", "rod 2", "rocker", "rod 4", "slider"}
+    assert set(scheme.integrated) | set(scheme.prescribed) == {"crank", "rod 2", "rocker", "rod 4", "slider"}
     # Two coordinates for every clearance; one less where an ideal slider does not turn with rod 4.
     clearances = {"slider": 1, "pin": 1, "both": 2, "none": 0}[joints]
     if model == "reference":
-        assert (made.coordinates, made.constraints) == (2 * clearances, 0)
+        assert (scheme.coordinates, scheme.constraints) == (2 * clearances, 0)
     elif groups or joints == "none":
-        # What the constraints leave of 15 coordinates: two for each clearance.
-        assert made.coordinates - made.constraints == 2 * clearances
+        # The constraints leave two of 15 coordinates for each clearance.
+        assert scheme.coordinates - scheme.constraints == 2 * clearances
     else:
-        assert made.coordinates == {"slider": 2, "pin": 3, "both": 4}[joints]
-    assert bool(made.contacts) == bool(clearances)
-    left = " ".join(what for what, _ in made.left_out)
-    assert ("reactions" in left) == (groups == [])
-    assert ("contact at the crank pin" in left) == (joints in ("slider", "none"))
+        assert scheme.coordinates == {"slider": 2, "pin": 3, "both": 4}[joints]
+    assert bool(scheme.contacts) == bool(clearances)
+    omissions = " ".join(name for name, _ in scheme.left_out)
+    assert ("reactions" in omissions) == (groups == [])
+    assert ("contact at the crank pin" in omissions) == (joints in ("slider", "none"))
 
 
 def test_a_larger_formulation_of_the_reference_runs_on_request():
-    small = load_scene("150rpm-0.2mm", AUTO | SHORT)
-    large = small.with_values({"solver.reference.formulation": "multiplier"})
-    few, many = plan(small, "reference"), plan(large, "reference")
-    assert many.coordinates - many.constraints == few.coordinates
-    assert reference_model.simulate(large.data).provenance["formulation"] == many.formulation
-    assert [each[:2] for each in few.instead] == [
-        ("solver.reference.formulation = 'multiplier'", many.formulation)
+    minimal = load_scene("150rpm-0.2mm", AUTO | SHORT)
+    multiplier = minimal.with_values({"solver.reference.formulation": "multiplier"})
+    minimal_plan, multiplier_plan = plan(minimal, "reference"), plan(multiplier, "reference")
+    assert multiplier_plan.coordinates - multiplier_plan.constraints == minimal_plan.coordinates
+    assert reference_model.simulate(multiplier.data).provenance["formulation"] == multiplier_plan.formulation
+    assert [each[:2] for each in minimal_plan.instead] == [
+        ("solver.reference.formulation = 'multiplier'", multiplier_plan.formulation)
     ]
 
 

@@ -69,14 +69,14 @@ def test_a_number_beyond_any_machine_is_refused_by_its_key(changes):
 
 
 @pytest.mark.parametrize(
-    ("changes", "where"),
+    ("changes", "place"),
     [
         ({}, "2.3e+09 N at the start"),
         ({"load.force": 0.0, "load.table": TABLE}, "1e+09 N at the start"),
         ({"load.surface": -0.0346, "load.force": 1e9}, "N at bottom dead centre"),
     ],
 )
-def test_a_load_that_is_absurd_is_named_by_plan_and_by_the_failure(sixbar, changes, where):
+def test_a_load_that_is_absurd_is_named_by_plan_and_by_the_failure(sixbar, changes, place):
     scene = load_scene(ABSURD, changes)
     forces = [check(name, scene.data) for name in MODELS]
     # In 1000 and in 720 positions, 0.5 degrees apart: the height errs by 1e-6 m where the depth is 2e-4 m.
@@ -84,12 +84,12 @@ def test_a_load_that_is_absurd_is_named_by_plan_and_by_the_failure(sixbar, chang
         assert forces[0][name] == pytest.approx(forces[1][name], rel=share)
     code, err = sixbar("plan", ABSURD, changes=changes)
     assert code == 0
-    assert where in err
+    assert place in err
     if not changes:
         code, err = sixbar("run", ABSURD, "--model", "exudyn", "--out", "a.csv", changes={})
         assert code == 2
         assert "newton-failed" in err
-        assert where in err
+        assert place in err
 
 
 KEYS = [
@@ -103,7 +103,7 @@ EXTREMES = [0.0, *(10.0**power for power in (-30, -12, -9, -6, -4, -3, -2, -1, 0
 BASES = [PAPER, "both-clearances", "crank-pin", "ideal", "workpiece", "adams-impact", "surface"]
 
 
-def drawn(seed, number):
+def draw_scene(seed, number):
     """A scene with one to three keys at an extreme, or a few times what they were; None if it is invalid."""
     rng = np.random.default_rng([seed, number])
     base, changes = str(rng.choice(BASES)), dict(SHORT)
@@ -123,10 +123,10 @@ def drawn(seed, number):
 
 
 def test_random_scenes_at_the_ends_of_every_key_are_refused_by_both_models_or_by_none():
-    """Keys of a solver are its own: the reference's tolerance beside a clearance over a rod's length."""
+    """Keys of a solver do not count, as the reference's tolerance beside a clearance over a rod's length."""
     ends = Counter()
     for number in range(300):
-        if (scene := drawn(1, number)) is None:
+        if (scene := draw_scene(1, number)) is None:
             continue
         lines = {}
         for name in MODELS:
@@ -136,9 +136,9 @@ def test_random_scenes_at_the_ends_of_every_key_are_refused_by_both_models_or_by
                 lines[name] = str(error)
                 with pytest.raises(ValueError, match=r"."):
                     MODELS[name].simulate(scene.data)
-        refused = {name for name, line in lines.items() if line and "solver." not in line}
-        ends[len(refused)] += 1
-        assert len(refused) != 1 or any("solver." in str(line) for line in lines.values()), (number, lines)
+        refusals = {name for name, line in lines.items() if line and "solver." not in line}
+        ends[len(refusals)] += 1
+        assert len(refusals) != 1 or any("solver." in str(line) for line in lines.values()), (number, lines)
     assert ends[0] > 100
     assert ends[2] > 25
 
@@ -151,6 +151,6 @@ def test_random_scenes_at_the_ends_of_every_key_are_refused_by_both_models_or_by
     ],
 )
 def test_five_bodies_run_what_both_checks_let_through(base, changes):
-    """With whichever status; neither an internal error nor what looks like a refusal."""
+    """Any status will do; an internal error or a kind of refusal will not."""
     scene = load_scene(base, SHORT | {"solver.exudyn.formulation": "full"} | changes)
     assert exudyn_model.simulate(scene.data).provenance["formulation"] == "five bodies"

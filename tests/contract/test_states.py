@@ -60,7 +60,7 @@ TURNS = {
     "load": {"load.force": 500.0},
     "about x": ABOUT_X,
 }
-# Of positions, velocities and the rest, relative to the largest value in the same unit: rounding; what
+# Bounds of positions, velocities and the rest, relative to the largest value in the same unit: rounding; what
 # Baumgarte's terms and Newton's method leave of the constraints, and of rates those of position alone (full).
 # Two to ten times what was measured.
 BOUNDS = {
@@ -78,26 +78,26 @@ ORDER = {"m": 0, "rad": 0, "m/s": 1, "rad/s": 1}
 INTEGRALS = {"time", *(f"energy_{name}" for name in ("drive", "gravity", "damping", "friction", "residual"))}
 
 
-def assert_page(simulated, engines, rows, bounds, of_joints=0.0):
-    """Compare all channels but sums over time with the page's in these rows."""
-    columns, largest = simulated.columns, {}
+def assert_page(simulation, engines, rows, bounds, ringing=0.0):
+    """Compare all channels except sums over time with the page's in these rows."""
+    columns, largest = simulation.columns, {}
     units = {name: channels()[name].unit for name in columns if name not in INTEGRALS}
     for name, unit in units.items():
         largest[unit] = max(largest.get(unit, 0.0), np.abs(columns[name]).max())
     pages = [engine.channels(start := engine.start(), start) for engine in engines]
     for name, unit in units.items():
-        apart = np.abs([page[name] for page in pages] - columns[name][rows]).max()
-        least = of_joints if name.startswith(("reaction", "crank_torque")) else 0.0
-        assert apart <= max(bounds[ORDER.get(unit, 2)], least) * largest[unit], name
+        distance = np.abs([page[name] for page in pages] - columns[name][rows]).max()
+        least = ringing if name.startswith(("reaction", "crank_torque")) else 0.0
+        assert distance <= max(bounds[ORDER.get(unit, 2)], least) * largest[unit], name
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_a_slider_with_clearance(run, variant, name):
-    simulated = run(variant, *SCENES[name])
-    columns, events, time = simulated.columns, simulated.result.events, simulated.columns["time"]
+    simulation = run(variant, *SCENES[name])
+    columns, events, time = simulation.columns, simulation.result.events, simulation.columns["time"]
     start = [columns[f"slider_{part}"][0] for part in ("x", "y", "angle", "vx", "vy", "omega")]
     place = [12, 13, 14, 27, 28, 29]
-    np.testing.assert_allclose(start, Engine(simulated.scene).start()[place], rtol=1e-12, atol=1e-14)
+    np.testing.assert_allclose(start, Engine(simulation.scene).start()[place], rtol=1e-12, atol=1e-14)
     speeds = np.zeros((time.size, 4))
     for corner, start, end, speed in zip(
         *(events[key] for key in ("corner", "start", "end", "normal_speed")), strict=True
@@ -111,16 +111,16 @@ def test_a_slider_with_clearance(run, variant, name):
     engines = []
     for row in rows:
         motion = (columns[f"slider_{part}"][row] for part in ("x", "angle", "vx", "omega"))
-        engines.append(at_time(simulated.scene, time[row], *motion))
+        engines.append(at_time(simulation.scene, time[row], *motion))
         engines[-1].v_i[:4] = speeds[row]
     rings = (variant, name) == ("exudyn-index2", "switching")
-    assert_page(simulated, engines, rows, BOUNDS[variant], RINGING * rings)
+    assert_page(simulation, engines, rows, BOUNDS[variant], RINGING * rings)
 
 
 @pytest.mark.parametrize("case", TURNS)
 @pytest.mark.parametrize("variant", ["reference-minimal", "reference-multiplier", "exudyn-index2"])
 def test_an_ideal_slider(run, variant, case):
-    simulated, rows = run(variant, "turn", TURNS[case]), range(0, 1000, 7)
-    engines = [at_time(simulated.scene, simulated.columns["time"][row]) for row in rows]
+    simulation, rows = run(variant, "turn", TURNS[case]), range(0, 1000, 7)
+    engines = [at_time(simulation.scene, simulation.columns["time"][row]) for row in rows]
     # By the trapezoidal rule over six times the step of the others.
-    assert_page(simulated, engines, rows, (4e-9, 1e-8, 1e-6) if "exudyn" in variant else BOUNDS[variant])
+    assert_page(simulation, engines, rows, (4e-9, 1e-8, 1e-6) if "exudyn" in variant else BOUNDS[variant])

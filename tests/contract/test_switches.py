@@ -44,7 +44,7 @@ PULL = {
 }
 
 
-def simulated(model, name, tolerance, changes):
+def simulate(model, name, tolerance, changes):
     settings = {f"solver.{key}.tolerance": tolerance for key in ("reference", "exudyn")}
     settings |= {"solver.exudyn.formulation": "tree", "output.groups": []}
     result = model.simulate(load_scene(name, changes | settings).data)
@@ -52,7 +52,7 @@ def simulated(model, name, tolerance, changes):
     return result
 
 
-reference, tree = partial(simulated, reference_model), partial(simulated, exudyn_model)
+reference, tree = partial(simulate, reference_model), partial(simulate, exudyn_model)
 
 
 @pytest.mark.parametrize("law", ["foundation", "hertz-corners"])
@@ -74,7 +74,7 @@ def test_a_corner_that_starts_on_its_wall_has_its_own_speed(run, variant, law, c
     result = run(variant, "150rpm-0.2mm", FOUNDATION | changes | {"contact.law": law, "drive.cycles": 0.001})
     touching = ("u" if wall * spin < 0.0 else "l") + ("r" if wall > 0 else "l")
     first = result.contacts(touching)[0]
-    # What rounds to a gap of 1e-16 m is passed in 1e-16 s; five bodies interpolate the speed within a step.
+    # A gap of 1e-16 m, by rounding, is passed in 1e-16 s; five bodies interpolate the speed within a step.
     assert first["start"] == pytest.approx(0.0, abs=1e-14)
     assert first["normal_speed"] == pytest.approx(0.75, rel=1e-6)
 
@@ -102,7 +102,7 @@ def test_friction_without_a_static_speed():
     other = tree("90rpm-0.5mm", 1e-11, changes)
     # Measured 1.9e-8 m, and 2.3e-8 m between the reference's own runs at 1e-12 and 1e-13.
     assert np.abs(other.columns["slider_x"] - exact.columns["slider_x"]).max() < 1e-7
-    # A range narrower than slips are located to is as good as none.
+    # A range narrower than the location of slips is as good as none.
     narrow = reference("90rpm-0.5mm", 1e-13, {"friction.static_speed": 1e-14})
     np.testing.assert_array_equal(narrow.columns["slider_x"], exact.columns["slider_x"])
 
@@ -147,7 +147,7 @@ FREE = {
     ("rows", "contacts"), [*((rows, False) for rows in TABLES), ("jump", True), ("there and back", True)]
 )
 def test_both_models_move_alike_into_the_workpiece_and_out_of_it(rows, contacts):
-    """In free flight, which magnifies nothing; or with twenty contacts after it: measured 6e-11 m."""
+    """A free flight magnifies nothing; with twenty contacts after it 6e-11 m are measured."""
     scene = CASES / "load-step.toml" if contacts else "150rpm-0.2mm"
     data = load_scene(scene, TIGHT | ({} if contacts else FREE) | {"load.table": TABLES[rows]}).data
     one, other = (model.simulate(data) for model in (reference_model, exudyn_model))

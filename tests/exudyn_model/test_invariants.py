@@ -10,12 +10,12 @@ import pytest
 import exudyn_model
 
 TREE = {"solver.exudyn.formulation": "tree", "solver.exudyn.method": "dopri5"}
-USUAL = {"tree": TREE | {"solver.exudyn.step": 1e-4, "solver.exudyn.tolerance": 1e-9}, "full": {}}
+SETTINGS = {"tree": TREE | {"solver.exudyn.step": 1e-4, "solver.exudyn.tolerance": 1e-9}, "full": {}}
 
 
-def broken(result):
+def violations(result):
     invariants = result.provenance["invariants"]
-    return {name for name, computed in invariants.items() if computed["value"] > computed["bound"]}
+    return {name for name, invariant in invariants.items() if invariant["value"] > invariant["bound"]}
 
 
 # Places in the sources, as they are and with a fault
@@ -32,7 +32,7 @@ FAULTS = [
 
 
 @pytest.fixture(scope="module")
-def faulty(tmp_path_factory):
+def faulty_model(tmp_path_factory):
     """``simulate`` of a copy of the package with these faults: kernels are compiled from a copy alone."""
     folder, name = tmp_path_factory.mktemp("copy"), "faulty_exudyn_model"
     package = Path(exudyn_model.__file__).parent
@@ -53,13 +53,13 @@ def faulty(tmp_path_factory):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("formulation", ["tree", "full"])
-def test_each_fault_breaks_its_invariant(scene, faulty, formulation):
-    result = faulty(scene(USUAL[formulation] | {"drive.cycles": 0.1}))
+def test_each_fault_breaks_its_invariant(scene, faulty_model, formulation):
+    result = faulty_model(scene(SETTINGS[formulation] | {"drive.cycles": 0.1}))
     assert result.status == "invariant-violated"
     expected = {"open-depth", "driving-friction", "overlap", "start-gap"}
     if formulation == "tree":
         expected.add("leaving-start")
-    assert broken(result) == expected
+    assert violations(result) == expected
     # In the wall, and out of it much faster than the least impact speed
-    released = {"initial.slider_offset": 2.02e-4, "initial.slider_vx": -0.05, "drive.cycles": 0.002}
-    assert "pull" in broken(faulty(scene(USUAL[formulation] | released)))
+    release = {"initial.slider_offset": 2.02e-4, "initial.slider_vx": -0.05, "drive.cycles": 0.002}
+    assert "pull" in violations(faulty_model(scene(SETTINGS[formulation] | release)))

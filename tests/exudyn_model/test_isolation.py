@@ -1,4 +1,4 @@
-"""Where in a step of a tree a distance first vanishes: found for certain, however often it turns."""
+"""The first zero of a distance in a step of a tree is found, however often the distance turns."""
 
 import numba
 import numpy as np
@@ -18,15 +18,15 @@ def search(ends):
     return first_change(coefficients, room)
 
 
-def searched(polynomial):
+def search_polynomial(polynomial):
     return search(np.array([tuple(polynomial.deriv(k)(at) for k in range(3)) for at in (0.0, 1.0)], DISTANCE))
 
 
 def first_stop(polynomial):
-    """Fraction up to which an integration goes that takes, time and again, the step that it is told."""
+    """Fraction at which an integration stops that takes the recommended step again and again."""
     until = 1.0
     for _ in range(60):
-        fraction = searched(polynomial(Polynomial([0.0, until])))
+        fraction = search_polynomial(polynomial(Polynomial([0.0, until])))
         if fraction == NEVER or fraction >= 1 - 1e-9:
             return until
         until *= fraction
@@ -39,14 +39,14 @@ def first_stop(polynomial):
     side=st.sampled_from([-1.0, 1.0]),
 )
 def test_what_stays_away_from_the_wall_is_settled_and_what_passes_is_stopped_before(thousandths, lift, side):
-    """Lifted so that its least value is above the wall, or below; of a millimetre, in m."""
-    often_turning = Chebyshev(np.array(thousandths) / 1e6, domain=[0.0, 1.0])
-    polynomial = often_turning.convert(kind=Polynomial)
+    """A distance of a millimetre is lifted so that its least value is above the wall, or below; in m."""
+    wave = Chebyshev(np.array(thousandths) / 1e6, domain=[0.0, 1.0])
+    polynomial = wave.convert(kind=Polynomial)
     turns = [root.real for root in polynomial.deriv().roots() if abs(root.imag) < 1e-6 and 0 < root.real < 1]
-    shifted = polynomial - min(polynomial(np.array([0.0, 1.0, *turns]))) + side * lift
-    if shifted(0.0) > 1e-12:
-        stop = first_stop(shifted)
+    distance = polynomial - min(polynomial(np.array([0.0, 1.0, *turns]))) + side * lift
+    if distance(0.0) > 1e-12:
+        stop = first_stop(distance)
         assert stop == 1.0 or side < 0.0
-        assert stop == 1.0 or abs(shifted(stop)) <= 2.2e-11  # 1e-9 of a step, at rates of up to 22e-3
+        assert stop == 1.0 or abs(distance(stop)) <= 2.2e-11  # 1e-9 of a step, at rates of up to 22e-3
         # Nothing lies behind the wall up to there
-        assert shifted(np.linspace(0.0, stop, 2001)).min() >= -2.2e-11
+        assert distance(np.linspace(0.0, stop, 2001)).min() >= -2.2e-11

@@ -1,4 +1,4 @@
-"""Runs of every formulation: settings, refusals, failures and what they say to try, order and steps."""
+"""Runs of every formulation: settings, refusals, failures and their remedies, order and steps."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ STEP, TOLERANCE = "solver.exudyn.step", "solver.exudyn.tolerance"
 FORMULATION, METHOD, GROUPS = "solver.exudyn.formulation", "solver.exudyn.method", "output.groups"
 TREE = {FORMULATION: "tree", METHOD: "dopri5"}
 PIN = {"joints.crank_pin": "clearance"}
-REFUSED = [
+REFUSALS = [
     ({METHOD: "dopri5"}, "solver.exudyn.method = 'dopri5' does not integrate "
      "solver.exudyn.formulation = 'full'; use 'generalized-alpha'"),
     ({FORMULATION: "tree"}, "solver.exudyn.method = 'generalized-alpha' does not integrate "
@@ -37,11 +37,11 @@ def run(make_scene):
     return lambda *changes, tree=None: simulate(make_scene(*changes, tree=tree))
 
 
-@pytest.mark.parametrize(("changes", "message"), REFUSED)
+@pytest.mark.parametrize(("changes", "message"), REFUSALS)
 def test_unsupported_scenes_are_refused_in_one_line(make_scene, changes, message):
-    with pytest.raises(ValueError, match=r"use '") as caught:
+    with pytest.raises(ValueError, match=r"use '") as error:
         simulate(make_scene(changes))
-    assert str(caught.value) == message
+    assert str(error.value) == message
 
 
 def test_a_method_that_is_named_decides_the_formulation(run):
@@ -92,7 +92,7 @@ def test_ctrl_c_in_progress_arrives_unchanged(make_scene, tree):
 
 
 # Where touches fall in their steps scatters the order, 1.93 measured of the foundation: the first impact, of
-# a whole side, lasts 18 of the largest steps. Last: how far it may be off, and the bound of the last error, m
+# a whole side, lasts 18 of the largest steps. Last: its tolerance, and the bound of the last error, m
 ORDERS = [
     ({}, [8e-6, 4e-6, 2e-6, 1e-6], "generalized-alpha", 0.25, 5e-9),
     ({}, [8e-6, 4e-6, 2e-6, 1e-6], "trapezoidal-index2", 0.3, 5e-9),
@@ -102,7 +102,7 @@ ORDERS = [
 
 @pytest.mark.parametrize(("law", "steps", "method", "within", "bound"), ORDERS)
 def test_the_error_of_five_bodies_is_of_second_order(run, law, steps, method, within, bound):
-    """Against the tree; seven contacts in 0.1 cycles."""
+    """The tree is exact; there are seven contacts in 0.1 cycles."""
     exact = run(law, {"drive.cycles": 0.1}, tree=1e-11)
     changes = law | {"drive.cycles": 0.1, "solver.exudyn.method": method}
     runs = [run(changes, {STEP: step}) for step in steps]
@@ -135,16 +135,16 @@ def test_a_tree_takes_few_steps(run, changes, work, retries):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("changes", "status", "key", "tried"),
+    ("changes", "status", "key", "value"),
     [
         (TREE | {TOLERANCE: 1e-17, "drive.cycles": 0.05}, "step-too-small", TOLERANCE, 1e-10),
         ({STEP: 1e-3}, "invariant-violated", STEP, 2e-5),
         ({STEP: 1e-3, "contact.law": "paper-switching"}, "newton-failed", STEP, 2e-5),
     ],
 )
-def test_what_a_failure_says_to_try_works(run, changes, status, key, tried):
-    usual = {"drive.cycles": 0.2, GROUPS: []}
-    failed = run(usual, changes)
-    assert failed.status == status
-    assert key in failed.remedy
-    assert run(usual, changes, {key: tried}).status == "success"
+def test_what_a_failure_says_to_try_works(run, changes, status, key, value):
+    common = {"drive.cycles": 0.2, GROUPS: []}
+    failure = run(common, changes)
+    assert failure.status == status
+    assert key in failure.remedy
+    assert run(common, changes, {key: value}).status == "success"

@@ -39,7 +39,7 @@ def bounce(start, drift):
     step = PERIOD / SAMPLES / STEPS
     x, v, depth = start, 0.0, 0.0
     rows, contacts = [], []
-    begun = impact = impulse = peak = 0.0
+    touch = impact = impulse = peak = 0.0
     for k in range(CYCLES * SAMPLES * STEPS + 1):
         t = k * step
         over, side = abs(x) - CLEARANCE, 1.0 if x > 0 else -1.0
@@ -48,13 +48,13 @@ def bounce(start, drift):
             if depth == 0.0:
                 # A loss that depends on the instant of touch spreads neighbouring runs as a tilt does.
                 v *= 0.8 + 0.2 * sin(2e5 * (t - over / max(side * v, 1e-9)))
-                begun, impact, impulse, peak = t, max(side * v, 1e-4), 0.0, 0.0
+                touch, impact, impulse, peak = t, max(side * v, 1e-4), 0.0, 0.0
             depth = max(depth, over)
             force = STIFFNESS * over * (1.0 + 0.5 * max(-1.0, min(1.0, side * v / impact)))
             impulse += force * step
             peak = max(peak, force)
         elif depth > 0.0:
-            contacts.append(("lr" if x > 0 else "ll", begun, t, impact, impulse, peak, depth))
+            contacts.append(("lr" if x > 0 else "ll", touch, t, impact, impulse, peak, depth))
             depth = 0.0
         a = (12.0 * cos(2 * pi * t / PERIOD + 0.4) - side * force) / MASS
         if k % STEPS == 0:
@@ -66,7 +66,7 @@ def bounce(start, drift):
 
 
 def columns_of(run, time):
-    """Every channel from the bouncing mass: what is not its own motion follows from it or stays zero."""
+    """Every channel from the bouncing mass: the others follow from its motion or stay zero."""
     x, v, a, left, right = run
     phase = 2 * pi * time / PERIOD
     side = 0.2 * np.sin(phase)
@@ -97,14 +97,14 @@ def make_scene(name="press", alter=lambda columns: columns, tier="standard"):
     for model, drift, change in (("reference", 0.0, dict), ("exudyn", 1e-14, alter)):
         record = {"model": model, **RECORD}
         tables = []
-        for moved in (0.0, 1e-12):  # the neighbour stands for the finer run: their distance is u
-            run, events = bounce(START + moved, drift)
+        for shift in (0.0, 1e-12):  # the neighbour stands for the finer run: their distance is u
+            run, events = bounce(START + shift, drift)
             columns = change({"time": time} | columns_of(run, time))
             tables.append(Table(pd.DataFrame(columns), events, provenance=record))
         families.append(Runs(*tables))
-    judged = compare(*families, scene=scene, labels=("reference", "exudyn"), tier=tier)
+    comparison = compare(*families, scene=scene, labels=("reference", "exudyn"), tier=tier)
     return replace(
-        judged,
+        comparison,
         name=name,
         title="A made-up press, 2 cycles",
         description="A mass between two walls under a reversing force.",
@@ -115,7 +115,7 @@ def make_scene(name="press", alter=lambda columns: columns, tier="standard"):
     )
 
 
-def stretched(channel, times):
+def stretch(channel, times):
     n = times * (len(channel.time) - 1) + 1
     arrays = {
         field.name: np.resize(getattr(channel, field.name), n)

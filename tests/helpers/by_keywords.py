@@ -1,4 +1,4 @@
-"""The judge with criteria as keywords of its own, ``only`` the channels."""
+"""The judge, with each criterion as a keyword; ``only`` names the channels."""
 
 from comparison.verdict import compare as judge
 from comparison.verdict import recorded

@@ -15,7 +15,7 @@ from comparison.verdict.confirmation import confirm
 MODELS = ("reference", "exudyn")
 LOCAL = 1e-6  # of the amplitude: error of a level, from which u follows
 COARSE = {"output.samples_per_cycle": 100, "output.groups": []}
-LATE = 0.6  # of the run: where magnified errors begin
+ONSET = 0.6  # of the run: where magnified errors begin
 
 
 EVENTS = pd.DataFrame([{"corner": "ul", "start": 0.01, "end": 0.011, "normal_speed": 0.1, "impulse": 0.02}])
@@ -31,23 +31,23 @@ class Fake:
     draw: Callable[[np.random.Generator], float]
     """Relative error, late in the run, of one whose start was moved."""
     bias: tuple[float, float] = (0.0, 0.0)  # of either model, late in the run, whatever the start
-    succeed: int | None = None  # how many runs of an ensemble do; None: all
+    succeed: int | None = None  # number of runs of an ensemble that do; None: all
 
-    def table(self, late, everywhere=0.0):
+    def table(self, late_error, error=0.0):
         data = self.scene.data
         samples = round(data["drive"]["cycles"] * data["output"]["samples_per_cycle"]) + 1
-        error = everywhere + np.where(np.arange(samples) >= LATE * samples, late, 0.0)
-        return Table(pd.DataFrame(self.signals(self.scene.data, 0.0, error)), EVENTS)
+        errors = error + np.where(np.arange(samples) >= ONSET * samples, late_error, 0.0)
+        return Table(pd.DataFrame(self.signals(self.scene.data, 0.0, errors)), EVENTS)
 
-    def family(self, side, late=0.0):
-        """Return runs that lie together, by chance or because this is all there is."""
-        late += self.bias[side]
+    def family(self, side, late_error=0.0):
+        """Return runs that lie together, by chance or since there are no others."""
+        late_error += self.bias[side]
         return Runs(
-            self.table(late),
-            finer=self.table(late, LOCAL / 10),
-            coarser=self.table(late, 10 * LOCAL / 10),
-            perturbed=self.table(late, LOCAL + 1e-9),
-            other_perturbed=self.table(late, LOCAL - 1e-9),
+            self.table(late_error),
+            finer=self.table(late_error, LOCAL / 10),
+            coarser=self.table(late_error, 10 * LOCAL / 10),
+            perturbed=self.table(late_error, LOCAL + 1e-9),
+            other_perturbed=self.table(late_error, LOCAL - 1e-9),
             refinement=(10.0, 1.0),
         )
 

@@ -1,4 +1,4 @@
-"""A model with a known answer and error, in place of a simulation; what it does depends on the gravity.
+"""A model with a known answer and error, in place of a simulation; the gravity selects its behaviour.
 
 The tests copy this file to a folder as ``reference_model`` and as ``exudyn_model``, so that worker processes
 import it under these names.
@@ -78,9 +78,9 @@ def linkage_signals(scene, error, stretch):
     for body in scene["body"]:
         start = np.radians(scene["initial"].get(body, {}).get("angle_deg", 0.0))
         size = (1 + stretch) + error * (1 + np.cos(w * t))
-        turned = size * np.exp(1j * (w * t + start))
-        rates = [1j * w * turned, -w * w * turned]
-        parts = {"": (turned, w * t + start), "v": (rates[0], w + 0 * t), "a": (rates[1], error * np.sin(t))}
+        point = size * np.exp(1j * (w * t + start))
+        rates = [1j * w * point, -w * w * point]
+        parts = {"": (point, w * t + start), "v": (rates[0], w + 0 * t), "a": (rates[1], error * np.sin(t))}
         for kind, (place, angle) in parts.items():
             if kind != "a" or "accelerations" in output["groups"]:
                 name = {"": "angle", "v": "omega", "a": "alpha"}[kind]
@@ -89,23 +89,23 @@ def linkage_signals(scene, error, stretch):
                     f"{body}.{kind}y": place.imag,
                     f"{body}.{name}": angle,
                 }
-    for name, own in scene.get("clearance", {}).items() if "contacts" in output["groups"] else ():
-        size = own["size"] * ((1 + stretch) + error * (1 + np.cos(w * t)))
+    for name, clearance in scene.get("clearance", {}).items() if "contacts" in output["groups"] else ():
+        size = clearance["size"] * ((1 + stretch) + error * (1 + np.cos(w * t)))
         inside = np.maximum(np.sin(w * t) - 0.5, 0.0) * (1 + stretch + error)
         forces = {"normal": 40.0 * inside, "friction": -6.0 * inside}
-        if "journal_radius" in own:
+        if "journal_radius" in clearance:
             columns |= {f"{name}.x": size * np.cos(w * t), f"{name}.y": size * np.sin(w * t)}
-        for place in [f"{name}."] if "journal_radius" in own else [f"{name}.{c}_" for c in CORNERS]:
+        for place in [f"{name}."] if "journal_radius" in clearance else [f"{name}.{c}_" for c in CORNERS]:
             columns |= {f"{place}{force}": values for force, values in forces.items()}
             columns |= {f"{place}gap": size * (0.5 - np.sin(w * t))} if place.endswith("_") else {}
     return columns
 
 
 def sensitivity(scene):
-    """An error of up to 1e-5 that depends on the direction of a start's shift: none for a perturbed run's."""
-    across = abs(scene["initial"]["slider_offset"] - 5e-5)
-    turned = abs(scene["initial"]["slider_angle"] * scene["mechanism"]["slider"]["length"])
-    return 1e-5 * (across - turned) / (across + turned) if across + turned else 0.0
+    """An error of up to 1e-5 by the direction of a start's shift; zero for that of a perturbed run."""
+    offset = abs(scene["initial"]["slider_offset"] - 5e-5)
+    arc = abs(scene["initial"]["slider_angle"] * scene["mechanism"]["slider"]["length"])
+    return 1e-5 * (offset - arc) / (offset + arc) if offset + arc else 0.0
 
 
 def simulate(scene, *, progress=None):
@@ -126,7 +126,7 @@ def simulate(scene, *, progress=None):
     # A journal in its bearing moves the slider; so it does in both models.
     joints = scene.get("joints", {"crank_pin": "", "slider": ""})
     stretch = 1e-2 if joints["crank_pin"] == "clearance" else 0.0
-    # So does a guide that holds it.
+    # A guide that holds the slider changes its motion, too.
     stretch += 2e-2 if joints["slider"] == "ideal" else 0.0
     stretch += sensitivity(scene) if gravity == GRAVITY.lucky else 0.0
     status, remedy = "success", ""
@@ -145,8 +145,8 @@ def simulate(scene, *, progress=None):
     end = min(0.02, float(columns["time"][-1]))
     contact = {"start": 0.5 * end, "end": end, "normal_speed": 0.1, "impulse": 0.02}
     contact |= {"peak_force": 40.0, "largest_depth": 1e-6}
-    loose = scene.get("clearance", {}).items()
-    places = [name if "journal_radius" in own else f"{name}.ul" for name, own in loose if "body" in scene]
+    items = scene.get("clearance", {}).items()
+    places = [name if "journal_radius" in gap else f"{name}.ul" for name, gap in items if "body" in scene]
     places = places if "body" in scene else ["ll"]
     return SimpleNamespace(
         columns=columns,

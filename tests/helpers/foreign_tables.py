@@ -1,4 +1,4 @@
-"""Tables as other programs write them, and what is made of them."""
+"""Tables as other programs write them, and functions that require them to be read or refused."""
 
 from pathlib import Path
 

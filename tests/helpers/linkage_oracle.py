@@ -85,7 +85,7 @@ class March:
         # Least singular value over that of the start, now and in the last step.
         self.sigma = self.least = 1.0
 
-    def ended(self):
+    def separations(self):
         return sum(len(contact.events) - bool(contact.impact) for contact in self.contacts)
 
     def look(self, t, state):
@@ -99,8 +99,8 @@ class March:
             return np.full(len(state), np.nan)
         forces = [contact.force(*gap) for contact, gap in zip(self.contacts, look.gaps, strict=True)]
         change, power, heat = self.system.accelerate(look, forces)
-        (normal, slid, elastic), (_, rate, slip) = (np.reshape(x, (-1, 3)).T for x in (forces, look.gaps))
-        sums = [power, heat + (normal - elastic) @ rate, -slid @ slip, *normal]
+        (normal, shear, elastic), (_, rate, slip) = (np.reshape(x, (-1, 3)).T for x in (forces, look.gaps))
+        sums = [power, heat + (normal - elastic) @ rate, -shear @ slip, *normal]
         return np.concatenate([state[len(change) : 2 * len(change)], change, sums])
 
     def solver(self, t, state, until):
@@ -108,8 +108,8 @@ class March:
         return DOP853(self.derivative, t, state, until, first_step=first, **self.tolerances())
 
     def tolerances(self):
-        # Near a singular position differences round off. Of the rates by what rounding of a depth gives a
-        # light body of a stiff contact.
+        # Near a singular position differences round off. Rates have the error that a depth's rounding gives a
+        # light body in a stiff contact.
         f, rtol = len(self.system.free), max(self.tolerance, 1e-15 / self.least**2)
         atol = rtol * np.concatenate([np.full(f, 0.01), np.full(f, 100.0), np.ones(len(self.sums))])
         return {"rtol": rtol, "atol": atol}
@@ -137,7 +137,7 @@ class March:
         return self.look(solver.t, solver.y)
 
     def locks(self, dense):
-        """Return whether a step has a singular position, and note its time."""
+        """Note the time of a singular position in a step, and return True if there is one."""
 
         def sigma(t):
             try:
@@ -148,33 +148,33 @@ class March:
         grid = np.linspace(dense.t_old, dense.t, 4)
         values = [self.sigma, *map(sigma, grid[1:])]
         k = int(np.argmin(values))
-        low, when = values[k], grid[k]
+        low, time = values[k], grid[k]
         if low < 0.1:
             bounds = grid[max(k - 1, 0)], grid[min(k + 1, 3)]
             best = minimize_scalar(sigma, bounds=bounds, method="bounded", options={"xatol": 1e-13})
             if best.fun < low:
-                low, when = best.fun, best.x
+                low, time = best.fun, best.x
         self.least, self.sigma = low, values[-1]
         if low < SINGULAR:
-            # At the end of a step it falls on, linearly, to a zero ahead.
-            ahead = low * (grid[-1] - grid[-2]) / (values[-2] - low) if when > grid[-1] - 1e-12 else 0.0
-            self.singular = when + ahead
+            # At the end of a step the value falls on, linearly, to a zero ahead.
+            ahead = low * (grid[-1] - grid[-2]) / (values[-2] - low) if time > grid[-1] - 1e-12 else 0.0
+            self.singular = time + ahead
         return low < SINGULAR
 
     def first(self, dense, at):
         """Return time and contact of the first touch or separation among times of a step, or None."""
 
         def depths(t):
-            """Return what is positive until a contact switches."""
+            """Return margins that are positive until a contact switches."""
             gaps = self.look(t, dense(t)).gaps
             for contact, gap in zip(self.contacts, gaps, strict=True):
                 contact.watch(*gap)
             return [gap[0] * (1 if c.impact else -1) for c, gap in zip(self.contacts, gaps, strict=True)]
 
         # A margin that has just switched starts at zero, up to rounding.
-        for (start, early), (end, late) in pairwise((t, depths(t)) for t in [dense.t_old, *at]):
+        for (start, start_depths), (end, end_depths) in pairwise((t, depths(t)) for t in [dense.t_old, *at]):
             zeros = []
-            for k, (a, b) in enumerate(zip(early, late, strict=True)):
+            for k, (a, b) in enumerate(zip(start_depths, end_depths, strict=True)):
                 if b < min(a, 0) - 1e-14:
                     inside = depths(start)[k] > 0 > depths(end)[k]
                     zero = brentq(lambda t, k=k: depths(t)[k], start, end, xtol=1e-18) if inside else start
@@ -183,17 +183,17 @@ class March:
                 return min(zeros)
         return None
 
-    def cross(self, t, state, when, k):
+    def cross(self, t, state, time, k):
         """Integrate to a zero of gap k, twice for its error on the dense output, and switch contact k."""
         for _ in range(2):
-            if when != t:
-                solver = self.solver(t, state, when)
+            if time != t:
+                solver = self.solver(t, state, time)
                 while solver.status == "running":
                     solver.step()
                 t, state = solver.t, solver.y
             look = self.look(t, state)
             depth, rate, _ = look.gaps[k]
-            when -= depth / rate if abs(depth) < 1e-9 * abs(rate) else 0
+            time -= depth / rate if abs(depth) < 1e-9 * abs(rate) else 0
         self.sums, self.step = state[-len(self.sums) :], 1e-8
         self.contacts[k].switch(t, rate, self.sums[3 + k])
         return look
@@ -208,17 +208,17 @@ def times(scene):
 
 
 def solve(scene, grid=None, tolerance=1e-13, contacts=math.inf):
-    """Return columns at the times of a grid, events, and when the motion meets a singular position.
+    """Return columns at the times of a grid, events, and the time of a singular position.
 
-    It ends there, or at the end of the n-th contact.
+    The motion ends there, or at the end of the n-th contact.
     """
     system, rows = Bodies(scene), []
     march, look = March(system, tolerance), system.start
-    for after in times(scene) if grid is None else grid:
-        while look.t < after and march.singular == math.inf and march.ended() < contacts:
-            look = march.advance(look, after)
-        if look.t == after:
-            rows.append({"time": after} | system.sample(look, march.sums))
+    for time in times(scene) if grid is None else grid:
+        while look.t < time and march.singular == math.inf and march.separations() < contacts:
+            look = march.advance(look, time)
+        if look.t == time:
+            rows.append({"time": time} | system.sample(look, march.sums))
     for contact, impulse in zip(system.contacts, march.sums[3:], strict=True):
         if contact.impact:
             contact.switch(look.t, 0, impulse)
@@ -232,10 +232,10 @@ class Bodies:
     """Any linkage; `free` are its independent coordinates among x, y, angle of each body."""
 
     def __init__(self, scene):
-        self.scene, self.names, loose = scene, list(scene["body"]), scene.get("clearance", {})
+        self.scene, self.names, clearances = scene, list(scene["body"]), scene.get("clearance", {})
         self.contacts = [
             Contact(f"{name}.{corner}" if corner else name, clearance)
-            for name, clearance in loose.items()
+            for name, clearance in clearances.items()
             for corner in (CORNERS if name in scene["guide"] else [""])
         ]
         bodies, drive = scene["body"].values(), scene["drive"]
@@ -251,14 +251,14 @@ class Bodies:
         for guide in scene["guide"].values():
             self.ends.append(self.both(guide, [guide["on"], guide["body"] + ".centroid"]))
         self.chords = self.chord(self.ends)
-        self.turns = np.eye(len(self.mass) + 3)[2::3, : len(self.mass)]  # the frame's is none
+        self.turns = np.eye(len(self.mass) + 3)[2::3, : len(self.mass)]  # the frame has none
         self.springs = self.chord([self.both(row, row["joins"]) for row in scene["spring"].values()])
         self.rate = drive.get("speed_rpm", 0.0) * math.pi / 30
         self.driven = 3 * self.place[drive.get("body", self.names[0])] + 2
         self.angle = math.radians(scene["initial"].get(drive.get("body"), {}).get("angle_deg", 0.0))
         self.tight = [*range(len(self.joints))]
         pose, velocity = self.assemble()
-        self.tight = [k for k in self.tight if self.joints[k] not in loose]
+        self.tight = [k for k in self.tight if self.joints[k] not in clearances]
         self.start = self.look(0.0, *self.begin(SimpleNamespace(t=0.0, pose=pose, velocity=velocity)))
 
     def both(self, joint, joins):
@@ -266,26 +266,26 @@ class Bodies:
         ends = []
         for end in joins:
             body, _, name = end.partition(".")
-            own = complex(*(self.points[body].get(name) or joint["point"]))
-            ends.append((self.place[body], own - complex(*self.points[body]["centroid"])))
+            point = complex(*(self.points[body].get(name) or joint["point"]))
+            ends.append((self.place[body], point - complex(*self.points[body]["centroid"])))
         return ends
 
     def chord(self, joints):
         """Return second ends less first ones, by centroids, exp(i angle) and 1, and by rates of centroids."""
         sides, arms = np.zeros((2, len(joints), len(self.place)), complex)
         for side, arm, ends in zip(sides, arms, joints, strict=True):
-            for sign, (body, own) in zip((-1, 1), ends, strict=True):
+            for sign, (body, point) in zip((-1, 1), ends, strict=True):
                 side[body] += sign
-                arm[body] += sign * own
+                arm[body] += sign * point
         rows = np.kron(sides[:, :-1], [1, 1j, 0])
         return sides[:, :-1], arms[:, :-1], arms[:, -1], rows
 
     def spans(self, chords, pose):
-        """Return chords, the rows that give their rates, and the turned arms."""
+        """Return chords, the rows that give their rates, and the arms as vectors."""
         sides, arms, fixed, rows = chords
-        turned, rows = arms * np.exp(1j * pose[2::3]), rows.copy()
-        rows[:, 2::3] = 1j * turned
-        return sides @ (pose[0::3] + 1j * pose[1::3]) + turned.sum(axis=1) + fixed, rows, turned
+        vectors, rows = arms * np.exp(1j * pose[2::3]), rows.copy()
+        rows[:, 2::3] = 1j * vectors
+        return sides @ (pose[0::3] + 1j * pose[1::3]) + vectors.sum(axis=1) + fixed, rows, vectors
 
     def guides(self):
         """Return number, body, body that it is on, direction and angle of each guide."""
@@ -296,8 +296,8 @@ class Bodies:
     def constraints(self, t, pose, velocity):
         """Return values and rows, with their rates at no velocity, and rates of these at no acceleration."""
         angles, omega, turns = [*pose[2::3], 0.0], [*velocity[2::3], 0.0], self.turns
-        value, rows, turned = self.spans(self.chords, pose)
-        bias = -turned @ velocity[2::3] ** 2
+        value, rows, vectors = self.spans(self.chords, pose)
+        bias = -vectors @ velocity[2::3] ** 2
         for k, body, on, direction, angle in self.guides():
             # Along the normal, which turns with the body that the guide is on
             normal, w = 1j * np.exp(1j * (direction + angles[on])), omega[on]
@@ -328,25 +328,25 @@ class Bodies:
         for body, row in [*scene["guess"].items(), *scene["initial"].items()]:
             k = 3 * self.place[body] + 2
             pose[k] = math.radians(row["angle_deg"]) if "angle_deg" in row else pose[k]
-        given = {}, {}
+        starts = {}, {}
         for body, row in [] if self.rate else scene["initial"].items():
             for key, value in row.items():
                 order, k = divmod(keys.index(key), 3)
-                given[order][3 * self.place[body] + k] = math.radians(value) if key == "angle_deg" else value
-        at, speeds = [*given[0]], given[1] or dict.fromkeys(given[0], 0.0)
+                starts[order][3 * self.place[body] + k] = math.radians(value) if key == "angle_deg" else value
+        at, speeds = [*starts[0]], starts[1] or dict.fromkeys(starts[0], 0.0)
         flat, unit = np.arange(n) % 3 < 2, np.eye(n)
         value, rows, _, _ = self.constraints(0.0, pose, pose)
         pose[flat] -= np.linalg.lstsq(rows[:, flat], value, rcond=None)[0]
         for _ in range(20):
             value, rows, change, _ = self.constraints(0.0, pose, pose)
             value[: len(places)] -= places
-            value = np.append(value, pose[at] - [*given[0].values()])
-            pose = pose - solved(np.vstack([rows, unit[at]]), value)
+            value = np.append(value, pose[at] - [*starts[0].values()])
+            pose = pose - solve_linear(np.vstack([rows, unit[at]]), value)
         if not np.abs(value).max() < 1e-12:
             raise LostError
         change[: len(rates)] -= rates
         rows = np.vstack([rows, unit[[*speeds]]])
-        return pose, solved(rows, np.append(-change, [*speeds.values()]))
+        return pose, solve_linear(rows, np.append(-change, [*speeds.values()]))
 
     def rank(self, look):
         """Return the smallest singular value of the constraints, lengths over the largest one."""
@@ -366,23 +366,23 @@ class Bodies:
 
     def look(self, t, z, dz):
         """Return the linkage at given coordinates: depth, rate, slip of contacts, rows of the last two."""
-        n, free, bound, (then, near, slope, drift) = len(self.mass), self.free, self.bound, self.near
-        pose, step = near + slope @ (z - near[free]) + drift * (t - then), np.ones(1)
+        n, free, bound, (origin, near, slope, drift) = len(self.mass), self.free, self.bound, self.near
+        pose, step = near + slope @ (z - near[free]) + drift * (t - origin), np.ones(1)
         pose[free] = z
-        while np.abs(step).max(initial=0) > 1e-10:  # the next one is its square, over a small singular value
+        while np.abs(step).max(initial=0) > 1e-10:  # the next step is its square, over a small singular value
             value, rows, change, _ = self.constraints(t, pose, np.zeros(n))
-            step = solved(rows[:, bound], value)
+            step = solve_linear(rows[:, bound], value)
             pose[bound] -= step
             if not np.abs(pose - near).max() < 0.5:
                 raise LostError
         rows = self.constraints(t, pose, np.zeros(n))[1]
-        slope, drift, curved = np.zeros((n, len(free))), np.zeros(n), np.zeros(n)
-        slope[free], slope[bound] = np.eye(len(free)), -solved(rows[:, bound], rows[:, free])
-        drift[bound] = -solved(rows[:, bound], change)
+        slope, drift, bend = np.zeros((n, len(free))), np.zeros(n), np.zeros(n)
+        slope[free], slope[bound] = np.eye(len(free)), -solve_linear(rows[:, bound], rows[:, free])
+        drift[bound] = -solve_linear(rows[:, bound], change)
         velocity = slope @ dz + drift
-        curved[bound] = -solved(rows[:, bound], self.constraints(t, pose, velocity)[3])
+        bend[bound] = -solve_linear(rows[:, bound], self.constraints(t, pose, velocity)[3])
         self.near = t, pose, slope, drift
-        look = SimpleNamespace(t=t, pose=pose, velocity=velocity, slope=slope, drift=drift, curved=curved)
+        look = SimpleNamespace(t=t, pose=pose, velocity=velocity, slope=slope, drift=drift, bend=bend)
         look.jacobian, look.gaps, look.rows, look.places = rows, [], [], []
         c, u = np.append(pose[0::3] + 1j * pose[1::3], 0), np.append(np.exp(1j * pose[2::3]), 1)
         chords, guides = self.spans(self.chords, pose)[0], {k: guide for k, *guide in self.guides()}
@@ -398,11 +398,11 @@ class Bodies:
                 at = chords[k] + spot - c[first]
                 depth = dot(normal, at) - row["width"] / 2 - row["size"]
             else:
-                (first, _), (second, there) = self.ends[k]
+                (first, _), (second, point) = self.ends[k]
                 at = -chords[k]
                 normal = at / abs(at) if at else 1 + 0j
                 tangent, depth = 1j * normal, abs(at) - row["size"]
-                spot = c[second] + u[second] * there + (row["journal_radius"] + row["size"]) * normal
+                spot = c[second] + u[second] * point + (row["journal_radius"] + row["size"]) * normal
             rows = np.zeros((2, n + 3))
             for target, way in zip(rows, (normal, tangent), strict=True):
                 for body, to in ((first, way), (second, -way)):
@@ -412,40 +412,40 @@ class Bodies:
             look.places.append(at)
         return look
 
-    def stretched(self, look):
+    def spring_spans(self, look):
         """Return springs, their lengths, and the rows that give the rates of these."""
         spans, rows, _ = self.spans(self.springs, look.pose)
         rows = dot(spans / np.abs(spans), rows.T).T
         return [*zip(self.scene["spring"].items(), np.abs(spans), rows, strict=True)]
 
-    def applied(self, look, forces):
+    def loads(self, look, forces):
         """Return all forces but those of constraints, the power of a torque and that of dampers."""
-        scene, applied, damped = self.scene, np.zeros(len(self.mass)), 0.0
-        applied[1::3] = -scene["environment"]["gravity"] * self.mass[1::3]
-        for (normal, slid, _), (row, along) in zip(forces, look.rows, strict=True):
-            applied += slid * along - normal * row
-        for (_, spring), span, row in self.stretched(look):
+        scene, loads, loss = self.scene, np.zeros(len(self.mass)), 0.0
+        loads[1::3] = -scene["environment"]["gravity"] * self.mass[1::3]
+        for (normal, shear, _), (row, along) in zip(forces, look.rows, strict=True):
+            loads += shear * along - normal * row
+        for (_, spring), span, row in self.spring_spans(look):
             rate = row @ look.velocity
-            applied -= tension(spring, span, rate) * row
-            damped += spring["damping"] * rate**2
+            loads -= tension(spring, span, rate) * row
+            loss += spring["damping"] * rate**2
         if scene.get("load"):
             k = 3 * self.place[scene["load"]["body"]] + 1
-            applied[k] += push(scene["load"], look.pose[k])[0]
+            loads[k] += push(scene["load"], look.pose[k])[0]
         torque = scene["drive"].get("torque", 0.0)
         if "torque_table" in scene["drive"]:
             degrees = math.degrees(look.pose[self.driven]) % 360
             torque = float(np.interp(degrees, *np.transpose(scene["drive"]["torque_table"])))
-        applied[self.driven] += torque
-        return applied, torque * look.velocity[self.driven], damped
+        loads[self.driven] += torque
+        return loads, torque * look.velocity[self.driven], loss
 
     def accelerate(self, look, forces):
         """Return the independent coordinates' accelerations and powers of drive and dampers."""
-        applied, power, damped = self.applied(look, forces)
-        weighed = look.slope * self.mass[:, None]
-        change = np.linalg.solve(look.slope.T @ weighed, look.slope.T @ applied - weighed.T @ look.curved)
-        look.acceleration = look.slope @ change + look.curved
-        look.carried = self.mass * look.acceleration - applied  # by the joints
-        return change, power + look.drift @ look.carried, damped
+        loads, power, loss = self.loads(look, forces)
+        momenta = look.slope * self.mass[:, None]
+        change = np.linalg.solve(look.slope.T @ momenta, look.slope.T @ loads - momenta.T @ look.bend)
+        look.acceleration = look.slope @ change + look.bend
+        look.reaction = self.mass * look.acceleration - loads  # by the joints
+        return change, power + look.drift @ look.reaction, loss
 
     def sample(self, look, sums):
         scene, row, gravity = self.scene, {}, self.scene["environment"]["gravity"]
@@ -456,39 +456,39 @@ class Bodies:
             motion = look.pose, look.velocity, look.acceleration
             values = [x for part in motion for x in part[3 * k : 3 * k + 3]]
             row |= {f"{name}.{key}": value for key, value in zip(keys, values, strict=True)}
-        carried = np.linalg.lstsq(look.jacobian.T, look.carried, rcond=None)[0]
-        joints = dict(zip(self.tight, carried[: 2 * len(self.tight)].reshape(-1, 2), strict=True))
+        multipliers = np.linalg.lstsq(look.jacobian.T, look.reaction, rcond=None)[0]
+        joints = dict(zip(self.tight, multipliers[: 2 * len(self.tight)].reshape(-1, 2), strict=True))
         guides = {k: guide for k, *guide in self.guides()}
-        for contact, gap, (normal, slid, _), at, (across, along) in zip(
+        for contact, gap, (normal, shear, _), at, (across, along) in zip(
             self.contacts, look.gaps, forces, look.places, look.rows, strict=True
         ):
             name, _, corner = contact.name.partition(".")
-            k, total, prefix = self.joints.index(name), slid * along - normal * across, contact.name
+            k, total, prefix = self.joints.index(name), shear * along - normal * across, contact.name
             prefix += "_" if corner else "."
             row |= {prefix + "gap": -gap[0]} if corner else {prefix + "x": at.real, prefix + "y": at.imag}
-            row |= {prefix + "normal": normal, prefix + "friction": slid}
+            row |= {prefix + "normal": normal, prefix + "friction": shear}
             if corner:
                 b, on, direction, _ = guides[k]
-                turned = direction + (0 if on == len(self.names) else look.pose[3 * on + 2])
-                pushed = dot(1j * np.exp(1j * turned), complex(*total[3 * b : 3 * b + 2]))
-                joints[k] = joints.get(k, 0) + np.array([pushed, total[3 * b + 2]])
+                angle = direction + (0 if on == len(self.names) else look.pose[3 * on + 2])
+                force = dot(1j * np.exp(1j * angle), complex(*total[3 * b : 3 * b + 2]))
+                joints[k] = joints.get(k, 0) + np.array([force, total[3 * b + 2]])
             else:
                 b = 3 * self.ends[k][1][0]
                 joints[k] = total[b : b + 2]
         for k, pair in joints.items():
             keys = ("force", "moment") if k in guides else ("reaction_x", "reaction_y")
             row |= {f"{self.joints[k]}.{key}": value for key, value in zip(keys, pair, strict=True)}
-        row |= {"drive.torque": carried[-1]} if self.rate else {}
-        fallen = gravity * self.mass[1::3] @ (self.start.pose - look.pose)[1::3]
-        row |= {"energy_kinetic": self.mass @ look.velocity**2 / 2, "energy_gravity": fallen}
+        row |= {"drive.torque": multipliers[-1]} if self.rate else {}
+        drop = gravity * self.mass[1::3] @ (self.start.pose - look.pose)[1::3]
+        row |= {"energy_kinetic": self.mass @ look.velocity**2 / 2, "energy_gravity": drop}
         row |= {"energy_drive": sums[0], "energy_damping": sums[1], "energy_spring": 0.0}
-        for (name, spring), span, rates in self.stretched(look):
+        for (name, spring), span, rates in self.spring_spans(look):
             row[f"{name}.force"] = tension(spring, span, rates @ look.velocity)
             row["energy_spring"] += spring["stiffness"] * (span - spring["length"]) ** 2 / 2
         if self.contacts:
             gaps = zip(self.contacts, look.gaps, strict=True)
-            stored = sum(c.force(*gap)[2] * gap[0] / (c.contact["exponent"] + 1) for c, gap in gaps)
-            row |= {"energy_friction": sums[2], "energy_contact": stored}
+            energy = sum(c.force(*gap)[2] * gap[0] / (c.contact["exponent"] + 1) for c, gap in gaps)
+            row |= {"energy_friction": sums[2], "energy_contact": energy}
         if scene.get("load"):
             row["energy_load"] = push(scene["load"], look.pose[3 * self.place[scene["load"]["body"]] + 1])[1]
         return row
@@ -498,7 +498,7 @@ def dot(a, b):
     return (np.conj(a) * b).real
 
 
-def solved(matrix, right):
+def solve_linear(matrix, right):
     try:
         return np.linalg.solve(matrix, right)
     except np.linalg.LinAlgError:

@@ -8,7 +8,7 @@ VOID = {"meta", "link", "br", "img", "hr", "input", "path", "rect", "use"}
 
 
 class Outline(HTMLParser):
-    """Elements in order, with what is open around them; wrong nesting is an error."""
+    """Elements in order, with the open ones around them; wrong nesting is an error."""
 
     def __init__(self, text):
         super().__init__()

@@ -29,7 +29,7 @@ def across(u):
 def at_time(scene, time, x=None, angle=0.0, vx=0.0, omega=0.0):
     """Return the engine whose start is at a time (s), a slider with clearance at x (m, fixed frame)."""
     m, degrees = scene["mechanism"], 6.0 * scene["drive"]["speed_rpm"] * time
-    moved = {"mechanism": m | {"crank_angle_deg": m["crank_angle_deg"] + degrees}}
+    changes = {"mechanism": m | {"crank_angle_deg": m["crank_angle_deg"] + degrees}}
     if x is not None:
         start = {
             "slider_offset": x - m["guide_x"],
@@ -37,8 +37,8 @@ def at_time(scene, time, x=None, angle=0.0, vx=0.0, omega=0.0):
             "slider_vx": vx,
             "slider_omega": omega,
         }
-        moved["initial"] = start
-    return Engine(scene | moved)
+        changes["initial"] = start
+    return Engine(scene | changes)
 
 
 class Engine:
@@ -59,7 +59,7 @@ class Engine:
         self.line = m["guide_x"] + m["reference_offset"]
         self.ideal_slider = scene["joints"]["slider"] == "ideal"
         self.ideal_pin = scene["joints"]["crank_pin"] == "ideal"
-        # Joint: bodies i and j (None: the frame), and what stands before u_i and u_j in its rows.
+        # Joint: bodies i and j (None: the frame), and the factors of u_i and u_j in its rows.
         Ls, tip = self.Ls, [length - centroid for length, centroid in zip(self.L, self.Ls, strict=True)]
         self.joints = {"O": (0, None, Ls[0], 0.0)} | ({"A": (1, 0, Ls[1], tip[0])} if self.ideal_pin else {})
         self.joints |= {"H": (2, None, Ls[2], 0.0), "B": (2, 1, 0.0, tip[1])}
@@ -68,7 +68,7 @@ class Engine:
         self.v_i = np.zeros(5)  # corners and journal; 0: open
 
     def start(self):
-        """Section 2."""
+        """Return the state at the start, by section 2."""
         m, initial = self.scene["mechanism"], self.scene["initial"]
         L, Ls, H, ω = self.L, self.Ls, self.H, self.ω
         u1 = direction(self.θ_0)
@@ -100,8 +100,8 @@ class Engine:
     def constraints(self, q, v):
         """Φ_q and γ of section 3."""
         size = 2 * len(self.joints)
-        held = (2, 12, 14) if self.ideal_slider else (2,)
-        rows, γ = np.zeros((size + len(held), 15)), np.zeros(size + len(held))
+        fixtures = (2, 12, 14) if self.ideal_slider else (2,)
+        rows, γ = np.zeros((size + len(fixtures), 15)), np.zeros(size + len(fixtures))
         u = np.column_stack([np.cos(q[2::3]), np.sin(q[2::3])])
         for row, (i, j, arm_i, arm_j) in zip(range(0, size, 2), self.joints.values(), strict=True):
             for body, sign, arm in ((i, 1, arm_i), (j, -1, arm_j)):
@@ -109,11 +109,11 @@ class Engine:
                     rows[row, 3 * body] = rows[row + 1, 3 * body + 1] = sign
                     rows[row : row + 2, 3 * body + 2] = -arm * across(u[body])
                     γ[row : row + 2] -= arm * u[body] * v[3 * body + 2] ** 2
-        rows[range(size, len(rows)), held] = 1.0
+        rows[range(size, len(rows)), fixtures] = 1.0
         return rows, γ
 
     def contacts(self, q, v):
-        """Of each contact: depth, its rate, slip, what places its force; None where there is none."""
+        """Depth, its rate, slip and the place of the force for each contact; None for one that is missing."""
         motion = q[12], q[14], *v[12:]
         motions = [None if self.ideal_slider else self.numbers.corner(k, *motion) for k in range(4)] + [None]
         if not self.ideal_pin:
@@ -125,23 +125,23 @@ class Engine:
         return motions
 
     def forces(self, q, v):
-        """Q; F_n, F_t and the elastic force of each contact, and the energy that they store; `contacts`."""
+        """Return Q; F_n, F_t, elastic force of each contact, and the energy that they store; `contacts`."""
         Q, motions, numbers = np.zeros(15), self.contacts(q, v), self.numbers
         Q[1::3] = -self.masses * self.g
-        Q[13] += numbers.pressed(q[13])[0]
-        states, stored = np.zeros((5, 3)), 0.0
+        Q[13] += numbers.workpiece(q[13])[0]
+        states, energy = np.zeros((5, 3)), 0.0
         if not self.ideal_slider:
-            states[:4], stored = numbers.slider(motions, self.v_i[:4])
+            states[:4], energy = numbers.slider(motions, self.v_i[:4])
             for k in range(4):
                 Q[12:] += corner_load(numbers.corners[k][2], *states[k, :2], *motions[k][3:])
         if self.v_i[4]:
             δ, dδ, v_t, n, t, P = motions[4]
             states[4], U = numbers.point(numbers.K_j, δ, dδ, v_t, self.v_i[4])
-            stored += U
+            energy += U
             G = journal_load(*states[4, :2], n, t)
             Q[3:6] += [*G, cross(P - q[3:5], G)]
             Q[0:3] -= [*G, cross(P - q[0:2], G)]
-        return Q, states, stored, motions
+        return Q, states, energy, motions
 
     def solve(self, y):
         """Accelerations and λ of Eq. 20."""
@@ -156,10 +156,10 @@ class Engine:
 
     def rates(self, _, y):
         a, λ, states, _, motions = self.solve(y)
-        closed = np.flatnonzero(self.v_i)
-        damping = sum((states[k][0] - states[k][2]) * motions[k][1] for k in closed)
-        rubbing = -sum(states[k][1] * motions[k][2] for k in closed)
-        return np.concatenate([y[15:30], a, [-λ[2 * len(self.joints)] * self.ω, damping, rubbing]])
+        indices = np.flatnonzero(self.v_i)
+        damping = sum((states[k][0] - states[k][2]) * motions[k][1] for k in indices)
+        friction = -sum(states[k][1] * motions[k][2] for k in indices)
+        return np.concatenate([y[15:30], a, [-λ[2 * len(self.joints)] * self.ω, damping, friction]])
 
     def gap(self, k, y):
         return -self.contacts(y[:15], y[15:30])[k][0]
@@ -168,7 +168,7 @@ class Engine:
         return self.g * self.masses @ y[1:15:3]
 
     def channels(self, y, start):
-        a, λ, states, stored, motions = self.solve(y)
+        a, λ, states, energy, motions = self.solve(y)
         q, v = y[:15], y[15:30]
         names = ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")
         out = {f"slider_{n}": value for n, value in zip(names, [*q[12:], *v[12:], *a[12:]], strict=True)}
@@ -186,19 +186,19 @@ class Engine:
             n, t = motions[4][3:5] if self.v_i[4] else (np.zeros(2), np.zeros(2))
             out["reaction_A_x"], out["reaction_A_y"] = journal_load(states[4][0], states[4][1], n, t)
         out["crank_torque"] = -λ[2 * len(self.joints)]
-        kinetic, load = 0.5 * self.M @ v**2, self.numbers.pressed(q[13])[1]
-        parts = y[30], self.height(start) - self.height(y), kinetic, stored, load, y[31], y[32]
+        kinetic, load = 0.5 * self.M @ v**2, self.numbers.workpiece(q[13])[1]
+        parts = y[30], self.height(start) - self.height(y), kinetic, energy, load, y[31], y[32]
         names = ("drive", "gravity", "kinetic", "contact", "load", "damping", "friction")
         return out | {f"energy_{name}": part for name, part in zip(names, parts, strict=True)}
 
     def run(self, times):
         """Channels at these times, s, and the contacts' table: corner, start, end, impact speed."""
-        y, t, table, begun = self.start(), 0.0, [], {}
+        y, t, table, starts = self.start(), 0.0, [], {}
         start = y
-        samples, there = [], [k for k, motions in enumerate(self.contacts(y[:15], y[15:30])) if motions]
+        samples, indices = [], [k for k, motions in enumerate(self.contacts(y[:15], y[15:30])) if motions]
         while t < times[-1]:
             events = []
-            for k in there:
+            for k in indices:
                 event = lambda _, y, k=k: self.gap(k, y)  # noqa: E731
                 event.terminal, event.direction = True, 1.0 if self.v_i[k] else -1.0
                 events.append(event)
@@ -215,13 +215,13 @@ class Engine:
             t, y = piece.t[-1], piece.y[:, -1]
             if t == times[-1]:
                 break
-            for k in there:
+            for k in indices:
                 gap, rate = self.gap(k, y), -self.contacts(y[:15], y[15:30])[k][1]
-                # Two corners may touch at one instant, but for rounding.
+                # Two corners may touch at one instant, up to rounding.
                 if not self.v_i[k] and rate < 0.0 and gap < 1e-15:
                     self.v_i[k] = impact_speed(-rate, self.numbers.v_min)
-                    begun[k] = t
+                    starts[k] = t
                 elif self.v_i[k] and rate > 0.0 and gap > -1e-15:
-                    table.append(((*CORNERS, "pin")[k], begun.pop(k), t, self.v_i[k]))
+                    table.append(((*CORNERS, "pin")[k], starts.pop(k), t, self.v_i[k]))
                     self.v_i[k] = 0.0
         return {name: np.array([sample[name] for sample in samples]) for name in samples[0]}, table

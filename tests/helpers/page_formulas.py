@@ -1,6 +1,6 @@
 """The formulas of docs/model.md in plain Python, with the page's symbols.
 
-Each function marked `stated` holds formulas of the page; tests/contract/test_model_page.py requires that
+Each function marked `formula` holds formulas of the page; tests/contract/test_model_page.py requires that
 formulas and symbols stand there.
 """
 
@@ -16,7 +16,7 @@ MATH = [
     for formula in re.findall(r"```math\n.*?```|\$[^$]+\$", PAGE, re.DOTALL)
 ]
 CORNERS = ("ll", "lr", "ul", "ur")
-STATED = []
+MARKS = []
 
 # Names in the functions below, as the page writes them. "d" before a name is a rate.
 SYMBOLS = {
@@ -35,50 +35,50 @@ SYMBOLS = {
 }  # fmt: skip
 
 
-def stated(*formulas):
+def formula(*formulas):
     """Mark a function as these formulas of the page."""
 
     def mark(function):
-        STATED.append((function, formulas))
+        MARKS.append((function, formulas))
         return function
 
     return mark
 
 
-@stated(r"\sigma_s = \frac{1 - \nu_s^2}{E_s}", r"\sigma_g = \frac{1 - \nu_g^2}{E_g}")
+@formula(r"\sigma_s = \frac{1 - \nu_s^2}{E_s}", r"\sigma_g = \frac{1 - \nu_g^2}{E_g}")
 def compliances(E_s, E_g, ν_s, ν_g):
     σ_s = (1 - ν_s**2) / E_s
     σ_g = (1 - ν_g**2) / E_g
     return σ_s, σ_g
 
 
-@stated(r"K = \frac{4}{3 (\sigma_s + \sigma_g)} \sqrt{R}")
+@formula(r"K = \frac{4}{3 (\sigma_s + \sigma_g)} \sqrt{R}")
 def point_stiffness(σ_s, σ_g, R):
     return 4 / (3 * (σ_s + σ_g)) * math.sqrt(R)
 
 
-@stated(r"K_s = \frac{a}{0.475 (\sigma_s + \sigma_g)}", r"a = T + L")
+@formula(r"K_s = \frac{a}{0.475 (\sigma_s + \sigma_g)}", r"a = T + L")
 def side_stiffness(σ_s, σ_g, T, L):
     a = T + L
     return a / (0.475 * (σ_s + σ_g))
 
 
-@stated(r"C = \frac{3}{4} (1 - c_e^2)")
+@formula(r"C = \frac{3}{4} (1 - c_e^2)")
 def damping(c_e):
     return 3 / 4 * (1 - c_e**2)
 
 
-@stated(r"\frac{3}{2} (1 - c_e)")
+@formula(r"\frac{3}{2} (1 - c_e)")
 def hunt_crossley_damping(c_e):
     return 3 / 2 * (1 - c_e)
 
 
-@stated(r"\frac{8 (1 - c_e)}{5 c_e}")
+@formula(r"\frac{8 (1 - c_e)}{5 c_e}")
 def flores_damping(c_e):
     return 8 * (1 - c_e) / (5 * c_e)
 
 
-@stated(r"\frac{1 - c_e^2}{c_e}")
+@formula(r"\frac{1 - c_e^2}{c_e}")
 def gonthier_damping(c_e):
     return (1 - c_e**2) / c_e
 
@@ -91,13 +91,13 @@ DAMPING = {
 }
 
 
-@stated(r"R_j R_b/(R_b - R_j)", r"R_b = R_j + c")
+@formula(r"R_j R_b/(R_b - R_j)", r"R_b = R_j + c")
 def conformal_radius(R_j, c):
     R_b = R_j + c
     return R_j * R_b / (R_b - R_j)
 
 
-@stated(
+@formula(
     r"r_x = s_x\cos\theta_5 - s_y\sin\theta_5",
     r"r_y = s_x\sin\theta_5 + s_y\cos\theta_5",
     r"g_c = \sigma_x (x_5 + r_x - x_g) + W_T/2 + c_T, \qquad \delta = -g_c",
@@ -114,17 +114,17 @@ def corner_motion(s_x, s_y, σ_x, x_g, W_T, c_T, x_5, θ_5, dx_5, dy_5, ω_5):
     return δ, dδ, v_t, r_x, r_y
 
 
-@stated(r"v_i = \max(\dot\delta(t_i), v_{\min})")
+@formula(r"v_i = \max(\dot\delta(t_i), v_{\min})")
 def impact_speed(dδ, v_min):
     return max(dδ, v_min)
 
 
-@stated(r"K\delta^n")
+@formula(r"K\delta^n")
 def point_elastic(K, δ, n):
     return K * max(δ, 0) ** n
 
 
-@stated(
+@formula(
     r"K_s \delta_1^2 (2\delta_1 - 3\delta_2)/(6(\delta_1 - \delta_2)^2)",
     r"K_s \delta_1^3/(6(\delta_1 - \delta_2)^2)",
     r"K_s \delta_1^3/(6(\delta_1 - \delta_2))",
@@ -137,7 +137,7 @@ def triangle(K_s, δ_1, δ_2):
     return np.array([f_1, f_2, U])
 
 
-@stated(
+@formula(
     r"K_s(2\delta_1 + \delta_2)/6",
     r"K_s(\delta_1 + 2\delta_2)/6",
     r"\frac{K_s}{6}(\delta_1^2 + \delta_1\delta_2 + \delta_2^2)",
@@ -149,7 +149,7 @@ def trapezoid(K_s, δ_1, δ_2):
     return np.array([f_1, f_2, U])
 
 
-@stated(
+@formula(
     r"s = f_1/(f_1 + f_2)",
     r"\dot\delta = s\,\dot\delta_1 + (1 - s)\,\dot\delta_2, \qquad v_t = s\,v_{t1} + (1 - s)\,v_{t2}",
 )
@@ -160,7 +160,7 @@ def side_motion(f_1, f_2, dδ_1, dδ_2, v_t1, v_t2):
     return s, dδ, v_t
 
 
-@stated(
+@formula(
     r"F_n = (f_1 + f_2) \left(1 + C\,\frac{\dot\delta}{v_i}\right)",
     r"\text{ if that is positive, else } 0",
 )
@@ -169,7 +169,7 @@ def side_force(f_1, f_2, C, dδ, v_i):
     return max(F_n, 0)
 
 
-@stated(
+@formula(
     r"F_n = K \delta^n \left(1 + C\,\frac{\dot\delta}{v_i}\right)",
     r"\text{ if that is positive and } \delta > 0, \text{ else } 0",
 )
@@ -178,7 +178,7 @@ def normal_force(f_1, C, δ, dδ, v_i):
     return max(F_n, 0) if δ > 0 else 0.0
 
 
-@stated(
+@formula(
     r"F_n = k \delta^n + c(\delta)\,\dot\delta \text{ if that is positive and } \delta > 0, \text{ else } 0",
     r"c(\delta) = c_{\max}\, s^2 (3 - 2 s), \qquad s = \min(\delta/d_{\max}, 1)",
 )
@@ -188,7 +188,7 @@ def impact_force(k, n, c_max, d_max, δ, dδ):
     return max(F_n, 0) if δ > 0 else 0.0
 
 
-@stated(
+@formula(
     r"F_t = -c_f\,c_d\,F_n \mathrm{sgn}(v_t)",
     r"c_d = \min\left(1, \max\left(0, \frac{\lvert v_t \rvert - v_0}{v_1 - v_0}\right)\right)",
 )
@@ -197,13 +197,13 @@ def friction(c_f, v_0, v_1, F_n, v_t):
     return -c_f * c_d * F_n * math.copysign(1, v_t)
 
 
-@stated(r"F_x = \sigma_x F_n, \qquad F_y = F_t, \qquad M_5 = r_x F_t - r_y \sigma_x F_n")
+@formula(r"F_x = \sigma_x F_n, \qquad F_y = F_t, \qquad M_5 = r_x F_t - r_y \sigma_x F_n")
 def corner_load(σ_x, F_n, F_t, r_x, r_y):
     F_x, F_y, M_5 = σ_x * F_n, F_t, r_x * F_t - r_y * σ_x * F_n
     return np.array([F_x, F_y, M_5])
 
 
-@stated(
+@formula(
     r"e = A - A', \qquad n = e/\lVert e \rVert, \qquad t = (-n_y, n_x), \qquad \delta = \lVert e \rVert - c",
     r"\dot\delta = n \cdot \dot e",
     r"v_t = t \cdot \dot e + \omega (R_b - \lVert e \rVert) - \omega_2 R_b",
@@ -220,12 +220,12 @@ def journal_motion(A, A_, de, c, R_b, ω, ω_2):
     return δ, dδ, v_t, n, t, P
 
 
-@stated(r"G = F_n\,n - F_t\,t")
+@formula(r"G = F_n\,n - F_t\,t")
 def journal_load(F_n, F_t, n, t):
     return F_n * n - F_t * t
 
 
-@stated(r"P_1 (h/h_1)^q", r"P_1 h_1 (h/h_1)^{q+1}/(q+1)")
+@formula(r"P_1 (h/h_1)^q", r"P_1 h_1 (h/h_1)^{q+1}/(q+1)")
 def power_load(P_1, h_1, q, h):
     P = P_1 * (h / h_1) ** q
     V = P_1 * h_1 * (h / h_1) ** (q + 1) / (q + 1)
@@ -279,7 +279,7 @@ class Numbers:
         return [F_n, friction(*self.rub, F_n, v_t), f], f * max(δ, 0) / (self.n + 1)
 
     def side(self, first, second, v_i):
-        """The same of both corners of a side, of which `corner` tells; the first is as deep or deeper."""
+        """F_n, F_t, elastic force, energy of a side's corners by `corner`; the first is as deep or deeper."""
         (δ_1, dδ_1, v_t1), (δ_2, dδ_2, v_t2) = first[:3], second[:3]
         both = v_i.all() and δ_2 > 0
         if self.law == "paper-switching" and both:
@@ -299,14 +299,14 @@ class Numbers:
 
     def slider(self, motions, v_i):
         """F_n, F_t and elastic force (4, 3) of the corners, v_i = 0: open, and the energy that they store."""
-        states, stored = np.zeros((4, 3)), 0.0
+        states, energy = np.zeros((4, 3)), 0.0
         for low in (0, 1):
             pair = sorted((low, low + 2), key=lambda k: -motions[k][0])
             states[pair], U = self.side(*(motions[k] for k in pair), v_i[pair])
-            stored += U
-        return states, stored
+            energy += U
+        return states, energy
 
-    def pressed(self, y_5):
+    def workpiece(self, y_5):
         """Force of the workpiece and its stored energy at a height of the slider, N and J."""
         h = max(self.load["surface"] - y_5, 0)
         if not self.load["table"]:

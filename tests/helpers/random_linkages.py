@@ -34,11 +34,11 @@ def scene(kind, i):
         drive = DRIVES[1 + k // 2 % 3]
     while True:
         try:
-            drawn = draw(rng, kind, case, drive)
-            if drawn and drive_it(rng, drawn, case, drive):
+            data = draw(rng, kind, case, drive)
+            if data and drive_it(rng, data, case, drive):
                 title = f"{kind} {i}: {case}, {drive}"
-                drawn["scene"] = {"name": f"{kind}-{i}", "title": title, "description": ""}
-                return drawn
+                data["scene"] = {"name": f"{kind}-{i}", "title": title, "description": ""}
+                return data
         except LostError:
             pass
 
@@ -68,15 +68,15 @@ def draw(rng, kind, case, drive):
     names = sorted({body for ends in pins.values() for body in ends} - {"frame"})
     bodies, angles = {}, {}
     for body in rng.permutation(names).tolist():
-        mine = {pin: place[pin] for pin, ends in pins.items() if body in ends}
-        bodies[body], angles[body] = body_of(rng, mine)
-    drawn = {"body": bodies, "pin": {}, "guide": {}, "spring": {}}
+        places = {pin: place[pin] for pin, ends in pins.items() if body in ends}
+        bodies[body], angles[body] = body_of(rng, places)
+    data = {"body": bodies, "pin": {}, "guide": {}, "spring": {}}
     for pin, ends in pins.items():
         if ends[0] == "frame":
             joins = ["frame", name_of(pins, bodies, ends[1], pin)]
         else:
             joins = [name_of(pins, bodies, body, pin) for body in rng.permutation(ends).tolist()]
-        drawn["pin"][pin] = {"joins": joins, "point": pair(place[pin] if ends[0] == "frame" else 0j)}
+        data["pin"][pin] = {"joins": joins, "point": pair(place[pin] if ends[0] == "frame" else 0j)}
     if "slider" in bodies:  # its guide is on the frame, or on a lever
         pin, on = ("A", "rod") if kind == "lever" else ("B", "frame")
         slider, turn = bodies["slider"], math.radians(angles.get(on, 0.0))
@@ -88,38 +88,38 @@ def draw(rng, kind, case, drive):
             point = (point - place["C"]) * np.exp(-1j * turn) + complex(*bodies[on]["points"]["C"])
         guide = {"body": "slider", "on": on, "point": pair(point)}
         guide["direction_deg"] = math.degrees(np.angle(along * np.exp(-1j * turn)))
-        drawn["guide"]["G"] = guide | {"angle_deg": angles["slider"] - angles.get(on, 0.0)}
+        data["guide"]["G"] = guide | {"angle_deg": angles["slider"] - angles.get(on, 0.0)}
     for k in range(rng.integers(0, 3)):
         one, other = rng.permutation(names)[:2].tolist()
         joins = [f"{one}.centroid" if rng.random() < 0.3 else "frame", f"{other}.centroid"]
         spring = {"joins": joins, "point": pair(1.5 * np.exp(1j * rng.uniform(-math.pi, math.pi)))}
         spring |= {"stiffness": rng.uniform(20, 200), "length": rng.uniform(0.05, 1.5)}
         spring["damping"] = 0.0 if rng.random() < 0.5 or case == "change-point" else rng.uniform(0.5, 10)
-        drawn["spring"][f"S{k}"] = spring
-    driven = rng.choice(["crank", "rod"] if case == "smooth" else ["crank"]).item()
+        data["spring"][f"S{k}"] = spring
+    driver = rng.choice(["crank", "rod"] if case == "smooth" else ["crank"]).item()
     groups = {"groups": ["accelerations", "joints", "energy"]}
     if drive == "speed":
         speed = rng.uniform(30, 200) * rng.choice([-1, 1]).item()
         duration = 60 / abs(speed)
-        drawn["drive"] = {"body": driven, "speed_rpm": speed, "cycles": 1.0}
-        drawn["output"] = {"samples_per_cycle": 100} | groups
+        data["drive"] = {"body": driver, "speed_rpm": speed, "cycles": 1.0}
+        data["output"] = {"samples_per_cycle": 100} | groups
     else:
         duration = round(rng.uniform(0.4, 1.0), 1)
-        drawn["drive"] = {"body": driven} | ({"free": True} if drive == "free" else {})
-        drawn["output"] = {"duration": duration, "samples": 100} | groups
-    drawn["environment"] = {"gravity": 9.81 if rng.random() < 0.7 else 0.0}
-    drawn["initial"] = {driven: {"angle_deg": angles[driven]}}
-    drawn["guess"] = {body: {"angle_deg": float(round(angle))} for body, angle in angles.items()}
-    drawn["solver"] = {
+        data["drive"] = {"body": driver} | ({"free": True} if drive == "free" else {})
+        data["output"] = {"duration": duration, "samples": 100} | groups
+    data["environment"] = {"gravity": 9.81 if rng.random() < 0.7 else 0.0}
+    data["initial"] = {driver: {"angle_deg": angles[driver]}}
+    data["guess"] = {body: {"angle_deg": float(round(angle))} for body, angle in angles.items()}
+    data["solver"] = {
         "reference": {"formulation": "auto", "method": "dop853", "tolerance": 1e-10},
         "exudyn": {"formulation": "full", "method": "auto", "step": duration / 20_000, "tolerance": 1e-8},
     }
-    return drawn
+    return data
 
 
-def drive_it(rng, drawn, case, drive):
-    """Add load, torque and rates; return whether the linkage does what its case says."""
-    linkage = Bodies(drawn)
+def drive_it(rng, data, case, drive):
+    """Add load, torque and rates; return True for a linkage that moves as its case says."""
+    linkage = Bodies(data)
     start = linkage.start
     if linkage.rank(start) < 0.1:
         return False
@@ -131,7 +131,7 @@ def drive_it(rng, drawn, case, drive):
         if rng.random() < 0.3:
             rows = [[0.0, 0.0], [0.02, rng.uniform(5, 30)], [0.1, rng.uniform(0, 60)]]
             load |= {"force": 0.0, "table": rows}
-        drawn["load"] = load
+        data["load"] = load
     if drive == "speed":
         lowest = scan(linkage)
         return {"smooth": lowest > 0.1, "locks": lowest == 0, "change-point": lowest < 0.1}[case]
@@ -139,12 +139,12 @@ def drive_it(rng, drawn, case, drive):
     turns = np.abs(slope[2::3])
     inertia = float(linkage.mass @ slope**2 / turns.max() ** 2)
     if drive == "torque":
-        drawn["drive"]["torque"] = inertia * rng.uniform(-30, 30)
+        data["drive"]["torque"] = inertia * rng.uniform(-30, 30)
     if drive == "torque_table":
         degrees = [0.0, *np.sort(rng.uniform(20, 340, rng.integers(2, 6))).tolist(), 360.0]
         torques = (inertia * rng.uniform(-40, 40, len(degrees))).tolist()
         torques[-1] = torques[0]
-        drawn["drive"]["torque_table"] = [list(row) for row in zip(degrees, torques, strict=True)]
+        data["drive"]["torque_table"] = [list(row) for row in zip(degrees, torques, strict=True)]
     if case == "smooth" and rng.random() < 0.2:
         return True  # from rest
     k = int(rng.choice(np.flatnonzero(turns > 0.3 * turns.max())))
@@ -156,16 +156,16 @@ def drive_it(rng, drawn, case, drive):
     value = {"omega": rate, "vx": velocity.real, "vy": velocity.imag}[key]
     if abs(value) < 0.3 * min(abs(rate), abs(velocity)):
         return False
-    drawn["initial"].setdefault(linkage.names[k], {})[key] = float(value)
+    data["initial"].setdefault(linkage.names[k], {})[key] = float(value)
     if rng.random() < 0.3:  # the position by a centroid's coordinate
-        (driven,) = [body for body, row in drawn["initial"].items() if "angle_deg" in row]
-        del drawn["initial"][driven]["angle_deg"]
+        (driver,) = [body for body, row in data["initial"].items() if "angle_deg" in row]
+        del data["initial"][driver]["angle_deg"]
         along = np.abs(slope[3 * k : 3 * k + 2])
         if np.hypot(*along) < 0.03:
             return False
         axis = 0 if along[0] > along[1] else 1
-        drawn["initial"][linkage.names[k]]["xy"[axis]] = float(start.pose[3 * k + axis])
-        drawn["initial"] = {body: row for body, row in drawn["initial"].items() if row}
+        data["initial"][linkage.names[k]]["xy"[axis]] = float(start.pose[3 * k + axis])
+        data["initial"] = {body: row for body, row in data["initial"].items() if row}
     return True
 
 
@@ -209,38 +209,38 @@ def pair(z):
 def loose_scene(kind, i):
     """Return a scene with one to three clearances, in which contacts follow after some milliseconds."""
     rng = np.random.default_rng([zlib.crc32(b"loose " + kind.encode()), i])
-    drawn = scene(kind, 5 * (i // 3) + (1, 2, 4)[i % 3])
-    drawn["scene"] = {"name": f"loose-{kind}-{i}", "title": f"{kind} {i}", "description": ""}
-    drawn["contact"], drawn["friction"] = laws(rng)
-    joints = [*drawn["pin"], *drawn["guide"]]
-    loose = rng.choice(joints, min(len(joints), rng.integers(1, 4)), replace=False).tolist()
-    moves = "speed_rpm" in drawn["drive"] or any("omega" in row for row in drawn["initial"].values())
-    drawn["clearance"] = {name: clearance(rng, drawn, name, moves) for name in loose}
+    data = scene(kind, 5 * (i // 3) + (1, 2, 4)[i % 3])
+    data["scene"] = {"name": f"loose-{kind}-{i}", "title": f"{kind} {i}", "description": ""}
+    data["contact"], data["friction"] = laws(rng)
+    joints = [*data["pin"], *data["guide"]]
+    names = rng.choice(joints, min(len(joints), rng.integers(1, 4)), replace=False).tolist()
+    moves = "speed_rpm" in data["drive"] or any("omega" in row for row in data["initial"].values())
+    data["clearance"] = {name: clearance(rng, data, name, moves) for name in names}
     if i % 5 == 4:  # centred and at rest there
-        for row in drawn["clearance"].values():
+        for row in data["clearance"].values():
             row |= {
                 key: (0 * np.array(row[key])).tolist() for key in row if key.startswith(("offset", "tilt"))
             }
-    drawn["output"]["groups"] = ["accelerations", "joints", "contacts", "energy"]
-    return drawn
+    data["output"]["groups"] = ["accelerations", "joints", "contacts", "energy"]
+    return data
 
 
-def shorten(drawn, end, samples=40):
-    """Return a scene that ends near there, at a divisor of its turn."""
-    drawn = copy.deepcopy(drawn)
-    if "speed_rpm" in drawn["drive"]:
-        per_cycle = max(2, round(60 / abs(drawn["drive"]["speed_rpm"]) / end * samples))
-        drawn["drive"]["cycles"], drawn["output"]["samples_per_cycle"] = samples / per_cycle, per_cycle
+def shorten(data, end, samples=40):
+    """Return a scene that ends near a time, at a divisor of its turn."""
+    data = copy.deepcopy(data)
+    if "speed_rpm" in data["drive"]:
+        per_cycle = max(2, round(60 / abs(data["drive"]["speed_rpm"]) / end * samples))
+        data["drive"]["cycles"], data["output"]["samples_per_cycle"] = samples / per_cycle, per_cycle
     else:
-        drawn["output"] |= {"duration": end, "samples": samples}
-    drawn["solver"]["exudyn"]["step"] = end / samples / math.ceil(end / samples / 1e-6)
-    return drawn
+        data["output"] |= {"duration": end, "samples": samples}
+    data["solver"]["exudyn"]["step"] = end / samples / math.ceil(end / samples / 1e-6)
+    return data
 
 
-def clearance(rng, drawn, name, moves):
+def clearance(rng, data, name, moves):
     """Return the clearance of a joint, with offsets inside it and, where the linkage moves, their rates."""
     size, rate = 10 ** rng.uniform(-4, -3), 0.05 * moves
-    if name in drawn["pin"]:
+    if name in data["pin"]:
         offset = rng.uniform(0, 0.7) * size * np.exp(1j * rng.uniform(-math.pi, math.pi))
         row = {"size": size, "journal_radius": rng.uniform(0.005, 0.03), "offset": pair(offset)}
         row["offset_rate"] = pair(rate * complex(*rng.uniform(-1, 1, 2)))
@@ -250,9 +250,7 @@ def clearance(rng, drawn, name, moves):
         row |= {"offset": size * rng.uniform(-0.5, 0.5), "offset_rate": rate * rng.uniform(-1, 1)}
         row |= {"tilt_deg": math.degrees(size / length * rng.uniform(-0.6, 0.6))}
         row |= {"tilt_rate": rate / length * rng.uniform(-1, 1)}
-    row["contact"], row["friction"] = (
-        laws(rng) if rng.random() < 0.5 else (drawn["contact"], drawn["friction"])
-    )
+    row["contact"], row["friction"] = laws(rng) if rng.random() < 0.5 else (data["contact"], data["friction"])
     return row
 
 
@@ -263,7 +261,7 @@ def laws(rng):
     contact |= {"restitution": rng.uniform(0.5, 1), "damping_model": rng.choice(models).item()}
     contact |= {"exponent": rng.choice([1.5, 1.5, 1.5, 1.2, 2.0]).item(), "impact_speed_floor": 1e-4}
     contact |= {"damping": 10 ** rng.uniform(1, 3), "damping_depth": 10 ** rng.uniform(-5, -4)}
-    if law == "adams-impact":  # of no use there, hence as by default
+    if law == "adams-impact":  # keys without a use there have their defaults
         contact |= {"restitution": 0.9, "damping_model": "lankarani-nikravesh"}
         contact |= {"stiffness": 10 ** rng.uniform(7, 9)} if rng.random() < 0.5 else {}
     else:

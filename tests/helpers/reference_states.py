@@ -1,4 +1,4 @@
-"""What selects each formulation of the reference, for each of its joints with clearance."""
+"""Changes that select each formulation of the reference, for each of its joints with clearance."""
 
 IDEAL, PIN = {"joints.slider": "ideal"}, {"joints.crank_pin": "clearance"}
 MULTIPLIER = {"solver.reference.formulation": "multiplier"}

@@ -22,18 +22,18 @@ _DATA = tomllib.loads((Path(__file__).parents[2] / "comparison" / "tables" / "ch
 
 
 def rules(name):
-    """What the data file says of a channel."""
+    """The data file's entry of a channel."""
     if name.startswith("corner_"):
         _, corner, quantity = name.split("_")
-        own = dict(_DATA["corner"][quantity])
-        if "follows" in own:
-            own["follows"] = f"corner_{corner}_{own['follows']}"
-        return own
+        entry = dict(_DATA["corner"][quantity])
+        if "follows" in entry:
+            entry["follows"] = f"corner_{corner}_{entry['follows']}"
+        return entry
     return _DATA["joint"][name[-1]] if name.startswith("reaction_") else _DATA["channel"][name]
 
 
 def scale_of(name, scene, low, high):
-    """What a difference of a channel is measured by; of a slider with clearance."""
+    """The scale of a channel's differences, of a slider with clearance."""
     c, length = scene["clearance"]["slider"], scene["mechanism"]["slider"]["length"]
     hundredth = 60 / abs(scene["drive"]["speed_rpm"]) / 100
     return {
@@ -48,31 +48,31 @@ def scale_of(name, scene, low, high):
     }[rules(name)["scale"]]
 
 
-def uncertainty(runs, name, period, factor, order, late=1.0):
+def uncertainty(runs, name, period, factor, order, weight=1.0):
     """u(t) of one model from its five runs (frames by name), as docs and the module's formula say.
 
-    ``late`` is ten where u of its gap counts so many times.
+    ``weight`` is ten where u of its gap counts ten times.
     """
-    time, at = runs["base"]["time"].to_numpy(), {kind: of[name].to_numpy() for kind, of in runs.items()}
+    time, at = runs["base"]["time"].to_numpy(), {kind: frame[name].to_numpy() for kind, frame in runs.items()}
     s, step = at["base"], (time[-1] - time[0]) / (time.size - 1)
     reach = 1
     while reach * step < 0.01 * period - 1e-6 * step:  # a hundredth, whichever way it rounds
         reach += 1
 
     def around(a, b):
-        """The largest distance at most so many samples away, of each window."""
-        apart = np.pad(np.abs(a - b), reach)  # no distance is less than 0
-        return np.lib.stride_tricks.sliding_window_view(apart, 2 * reach + 1).max(axis=1)
+        """The largest distance within reach of each sample."""
+        distance = np.pad(np.abs(a - b), reach)  # no distance is less than 0
+        return np.lib.stride_tricks.sliding_window_view(distance, 2 * reach + 1).max(axis=1)
 
     d_f, gain = around(s, at["finer"]), factor**order
     u = 3.0 * d_f
     if "coarser" in at:
         d_c = around(at["coarser"], s)
         for i in range(s.size):
-            seen = math.log(d_c[i] / d_f[i]) / math.log(factor) if d_f[i] > 0 and d_c[i] > 0 else math.inf
-            in_order = order - order / 4 <= seen <= order + order / 4
+            exponent = math.log(d_c[i] / d_f[i]) / math.log(factor) if d_f[i] > 0 and d_c[i] > 0 else math.inf
+            in_order = order - order / 4 <= exponent <= order + order / 4
             # Below the order the observed ratio counts, after Richardson; at least that of the two distances.
-            ratio = max(1.0, d_c[i] / d_f[i] - 1.0) if seen < order - order / 4 else gain
+            ratio = max(1.0, d_c[i] / d_f[i] - 1.0) if exponent < order - order / 4 else gain
             u[i] = (1.25 * gain / (gain - 1) if in_order else 3.0) * max(d_f[i], d_c[i] / ratio)
     kinds = {"perturbed", "other_perturbed"} & at.keys()
     if kinds:
@@ -86,14 +86,14 @@ def uncertainty(runs, name, period, factor, order, late=1.0):
     u = np.maximum(u, max(round_off, 1e-11 * (time[-1] - time[0]) * steepest))
     gap = rules(name).get("follows", "")
     if gap.endswith("gap") and gap in runs["base"]:
-        near = np.abs(runs["base"][gap].to_numpy()) <= late * uncertainty(runs, gap, period, factor, order)
+        near = np.abs(runs["base"][gap].to_numpy()) <= weight * uncertainty(runs, gap, period, factor, order)
         for i in np.flatnonzero(near & (s == 0)):  # it may touch
             u[i] = max(u[i], np.abs(s).max())
     return u
 
 
-def parted(time, known, window):
-    """When a channel ceases to be predictable for more than a window, less what that adds at either end."""
+def parting_time(time, known, window):
+    """The start of the first unpredictable stretch longer than a window, less a window at either end."""
     if not known.any():
         return time[0]
     since = None
@@ -103,7 +103,7 @@ def parted(time, known, window):
         elif since is None:
             since = i
         if since is not None and (i + 1 == time.size or known[i + 1]):
-            least = 0.999999 * window  # samples that are a window apart but for the rounding of times count
+            least = 0.999999 * window  # samples that are a window apart up to the rounding of times count
             inner = [time[k] for k in range(since, i + 1) if time[k] - time[since] >= least]
             inner = [t for t in inner if time[i] - t >= least]
             if inner and inner[-1] - inner[0] > window:
@@ -118,35 +118,35 @@ def judge_channel(name, time, a, b, scale, threshold, share, predictable=None, c
     """
     by_tolerance, happens, e = predictable is None, (a != 0) | (b != 0), a - b
     predictable = np.full(time.size, True) if by_tolerance else predictable
-    judged = [i for i in range(time.size) if predictable[i] and happens[i]]
-    outside = sum(abs(e[i]) > threshold[i] for i in judged)
-    worst = max(judged, key=lambda i: abs(e[i]) / (1.0 if by_tolerance else threshold[i]), default=None)
-    covered = predictable.mean()
-    explained = 1 - outside / len(judged) if judged else math.nan
+    rows = [i for i in range(time.size) if predictable[i] and happens[i]]
+    outside = sum(abs(e[i]) > threshold[i] for i in rows)
+    worst = max(rows, key=lambda i: abs(e[i]) / (1.0 if by_tolerance else threshold[i]), default=None)
+    portion = predictable.mean()
+    explained = 1 - outside / len(rows) if rows else math.nan
     if max(a.max(), b.max()) - min(a.min(), b.min()) < rules(name)["floor"]:
         verdict = "unexcited"
-    elif not judged or (covered < coverage and outside <= (1 - SHARE) * happens.sum()):
+    elif not rows or (portion < coverage and outside <= (1 - SHARE) * happens.sum()):
         verdict = "indeterminate"
-    elif not by_tolerance and outside < 3 and (explained < share or len(judged) < 10):
+    elif not by_tolerance and outside < 3 and (explained < share or len(rows) < 10):
         verdict = "indeterminate"  # too few to differ, or to agree
     else:
         verdict = "differ" if explained < share else "agree"
-    allowed = math.nan if worst is None else threshold[worst]
+    worst_threshold = math.nan if worst is None else threshold[worst]
     if not by_tolerance and verdict == "indeterminate" and "follows" not in rules(name) and happens.any():
         # Even the largest u of all times explains too few.
-        beyond = (np.abs(e[happens]) > largest).sum()
-        if 1 - beyond / happens.sum() < SHARE:
-            verdict, explained, outside = "differ", math.nan, beyond
-            worst, allowed = int(np.abs(e).argmax()), largest
+        count = (np.abs(e[happens]) > largest).sum()
+        if 1 - count / happens.sum() < SHARE:
+            verdict, explained, outside = "differ", math.nan, count
+            worst, worst_threshold = int(np.abs(e).argmax()), largest
     return SimpleNamespace(
         verdict=verdict,
         predictable=predictable,
-        coverage=covered,
+        coverage=portion,
         explained=explained,
         outside=outside,
         worst_time=math.nan if worst is None else time[worst],
         worst_difference=math.nan if worst is None else e[worst],
-        worst_threshold=allowed,
+        worst_threshold=worst_threshold,
         max_difference=np.abs(e).max(),
         rms_difference=second_measures.root_mean_square(time, e),
         scale=scale,
@@ -159,36 +159,36 @@ def judge(runs_a, runs_b, scene, tier, levels):
 
     ``levels`` holds factor and order of either model's refinement.
     """
-    period, judged = 60 / abs(scene["drive"]["speed_rpm"]), {}
+    period, channels = 60 / abs(scene["drive"]["speed_rpm"]), {}
     base_a, base_b = runs_a["base"], runs_b["base"]
     names = [name for name in base_a if name != "time"]
     for name in sorted(names, key=lambda name: "follows" in rules(name)):
         a, b = base_a[name].to_numpy(), base_b[name].to_numpy()
-        position = judged.get(rules(name).get("follows"))
-        late = 1.0 if position is None else position.late
+        position = channels.get(rules(name).get("follows"))
+        weight = 1.0 if position is None else position.weight
         each = (
-            uncertainty(runs, name, period, *of, late)
-            for runs, of in zip((runs_a, runs_b), levels, strict=True)
+            uncertainty(runs, name, period, *level, weight)
+            for runs, level in zip((runs_a, runs_b), levels, strict=True)
         )
-        u = np.sqrt(sum(own**2 for own in each))
+        u = np.sqrt(sum(part**2 for part in each))
         scale = scale_of(name, scene, min(a.min(), b.min()), max(a.max(), b.max()))
         known = u <= ALPHA[tier] * scale
         if position is not None:
             known &= position.predictable
         time, largest = base_a["time"].to_numpy(), K * u.max()
-        late = np.where(time > parted(time, known, period / 100), 10.0, 1.0)
-        u *= late
+        weight = np.where(time > parting_time(time, known, period / 100), 10.0, 1.0)
+        u *= weight
         known &= u <= ALPHA[tier] * scale
-        own = (scale, K * u, SHARE, known, COVERAGE[tier], largest)
-        judged[name] = judge_channel(name, time, a, b, *own)
-        judged[name].late = late
-    excited = [channel for channel in judged.values() if channel.verdict != "unexcited"]
-    covered = [0.0 if math.isnan(of.explained) else of.coverage for of in excited]
-    coverage = sum(covered) / len(covered) if covered else math.nan
-    verdicts = {of.verdict for of in excited}
+        arguments = (scale, K * u, SHARE, known, COVERAGE[tier], largest)
+        channels[name] = judge_channel(name, time, a, b, *arguments)
+        channels[name].weight = weight
+    results = [channel for channel in channels.values() if channel.verdict != "unexcited"]
+    portions = [0.0 if math.isnan(channel.explained) else channel.coverage for channel in results]
+    coverage = sum(portions) / len(portions) if portions else math.nan
+    verdicts = {channel.verdict for channel in results}
     agree = "agree" in verdicts and coverage >= COVERAGE[tier]
     verdict = "differ" if "differ" in verdicts else "agree" if agree else "indeterminate"
-    return SimpleNamespace(channels=judged, verdict=verdict, coverage=coverage)
+    return SimpleNamespace(channels=channels, verdict=verdict, coverage=coverage)
 
 
 # Impacts
@@ -196,11 +196,11 @@ def judge(runs_a, runs_b, scene, tier, levels):
 
 def pair_up(a, b, window):
     """Contacts of one corner that are each other's nearest, earlier ones first, at most a window apart."""
-    rows_a, rows_b = (list(zip(of["corner"], of["start"], strict=True)) for of in (a, b))
+    rows_a, rows_b = (list(zip(table["corner"], table["start"], strict=True)) for table in (a, b))
 
     def nearest(row, rows):
-        same = [(abs(start - row[1]), start, n) for n, (corner, start) in enumerate(rows) if corner == row[0]]
-        return min(same)[2] if same else None
+        gaps = [(abs(start - row[1]), start, n) for n, (corner, start) in enumerate(rows) if corner == row[0]]
+        return min(gaps)[2] if gaps else None
 
     pairs = [(i, j) for i, row in enumerate(rows_a) if (j := nearest(row, rows_b)) is not None]
     close = [(i, j) for i, j in pairs if abs(rows_a[i][1] - rows_b[j][1]) <= window]
@@ -210,14 +210,14 @@ def pair_up(a, b, window):
 
 
 def impacts(a, b, window, within_a=None, within_b=None):
-    """The metrics of impacts by their definitions; ``within``: of each contact, whether it is considered."""
+    """The metrics of impacts by their definitions; ``within`` flags the contacts that count."""
     within_a = [True] * len(a) if within_a is None else within_a
     within_b = [True] * len(b) if within_b is None else within_b
     pairs = [(i, j) for i, j in pair_up(a, b, window) if within_a[i] or within_b[j]]
     rows_a = {i for i in range(len(a)) if within_a[i]} | {i for i, _ in pairs}
     rows_b = {j for j in range(len(b)) if within_b[j]} | {j for _, j in pairs}
 
-    def apart(name):
+    def distances(name):
         return [abs(a[name].iloc[i] - b[name].iloc[j]) for i, j in pairs]
 
     def each(name):
@@ -225,11 +225,11 @@ def impacts(a, b, window, within_a=None, within_b=None):
 
     def largest(name):
         most = max([*each(name)[0], *each(name)[1]], default=0)
-        return max(apart(name)) / most if pairs and most > 0 else math.nan
+        return max(distances(name)) / most if pairs and most > 0 else math.nan
 
     total_a, total_b = map(math.fsum, each("impulse"))
     mean = (total_a + total_b) / 2
-    delays = apart("start")
+    delays = distances("start")
     return {
         "pairs": pairs,
         "count_a": len(rows_a),
@@ -240,13 +240,13 @@ def impacts(a, b, window, within_a=None, within_b=None):
         "median_delay": np.median(delays) if delays else math.nan,
         "normal_speed_error": largest("normal_speed"),
         "total_impulse_error": abs(total_a - total_b) / mean if mean > 0 else math.nan,
-        "impulse_error": math.fsum(apart("impulse")) / mean if pairs and mean > 0 else math.nan,
+        "impulse_error": math.fsum(distances("impulse")) / mean if pairs and mean > 0 else math.nan,
         "peak_force_error": largest("peak_force"),
     }
 
 
 def begins_in(events, time, mask_of_corner):
-    """Of each contact, whether the samples on both sides of its start are in its corner's mask."""
+    """A flag for each contact: the samples on both sides of its start are in its corner's mask."""
     inside = []
     for corner, start in zip(events["corner"], events["start"], strict=True):
         after = min(max(int(np.sum(time < start)), 1), len(time) - 1)

@@ -8,7 +8,7 @@ from scipy.optimize import minimize_scalar
 
 
 def root_mean_square(time, values):
-    """Over time: each sample stands for the way to the middle of its neighbours, those at the ends twice."""
+    """The mean over time: a sample stands for the way to its neighbours' middles, those at the ends twice."""
     largest = np.abs(values).max()
     if largest == 0:
         return 0.0
@@ -29,16 +29,16 @@ def tube_share(time, m, c, width=0.002):
 
 
 def shift_between(time, a, b, rates, reach):
-    """By how much b is later than a, s: least sum of the logarithms of the residuals' variances.
+    """The delay of b after a, s: least sum of the logarithms of the residuals' variances.
 
-    That is what weights inverse to the variances amount to. Over positions with their rates.
+    This equals weights inverse to the variances. It is over positions with their rates.
     """
     inner = (time >= time[0] + reach) & (time <= time[-1] - reach)
     curves = {name: CubicHermiteSpline(time, a[name], a[rates[name]]) for name in rates}
 
     def cost(s):
-        apart = (b[name][inner] - curve(time[inner] - s) for name, curve in curves.items())
-        return sum(math.log(np.var(each) + 1e-300) for each in apart)
+        residuals = (b[name][inner] - curve(time[inner] - s) for name, curve in curves.items())
+        return sum(math.log(np.var(each) + 1e-300) for each in residuals)
 
     grid = np.linspace(-reach, reach, 401)
     best, step = min(grid, key=cost), grid[1] - grid[0]
@@ -51,11 +51,11 @@ def between_events(time, values, at, edges):
     edges = np.unique([e for e in edges if time[0] < e <= time[-1]])
     pieces, values_at = np.searchsorted(edges, time, side="right"), np.full(len(at), np.nan)
     for k, t in enumerate(at):
-        own = np.flatnonzero(pieces == np.searchsorted(edges, t, side="right"))
+        rows = np.flatnonzero(pieces == np.searchsorted(edges, t, side="right"))
         if t in time:
             values_at[k] = values[time == t][0]
-        elif own.size >= 2:
-            after = np.clip(np.sum(time[own] <= t), 1, own.size - 1)
-            i, j = own[after - 1], own[after]
+        elif rows.size >= 2:
+            row = np.clip(np.sum(time[rows] <= t), 1, rows.size - 1)
+            i, j = rows[row - 1], rows[row]
             values_at[k] = values[i] + (values[j] - values[i]) * (t - time[i]) / (time[j] - time[i])
     return values_at

@@ -1,4 +1,4 @@
-"""Seeded faults are named by the first line of console and page; what is no such fault is not named.
+"""Seeded faults are named by the first line of console and page; other differences are not.
 
 Faults of tables in a table of `sixbar run`, judged by `sixbar compare`; faults of models in an engine that
 runs Exudyn's model of another scene than it is given, or loses a contact, judged by `sixbar validate`.
@@ -57,7 +57,7 @@ def run():
 
 @pytest.fixture
 def first_lines(tmp_path, monkeypatch, capsys):
-    """Run a command that finds a difference; the first line of the console, and that of its page."""
+    """Run a command that finds a difference; return the first lines of the console and of its page."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "500")
 
@@ -72,7 +72,7 @@ def first_lines(tmp_path, monkeypatch, capsys):
 
 # ---- ten seeded faults
 
-TABLES = {  # a column as it is written, and what is said
+TABLES = {  # a column, its change, and the sentence
     "ratio": ("slider_vx", lambda x: 1.02 * x, "slider_vx of b is 1.020000 times that of a"),
     "sign": ("slider_omega", lambda x: -x, "slider_omega of b is minus that of a: the sign"),
     "offset": ("slider_y", lambda x: x - 1e-4, "slider_y of b is 0.0001000000 m below that of a"),
@@ -83,14 +83,14 @@ TABLES = {  # a column as it is written, and what is said
 
 @pytest.mark.parametrize("fault", TABLES)
 def test_the_fault_of_a_table_is_said_first(run, first_lines, fault):
-    column, change, said = TABLES[fault]
+    column, change, sentence = TABLES[fault]
     write(run, "a.csv")
     frame = run.frame.assign(**{column: change(run.frame[column])})
     write(replace(run, frame=frame, events=None, pulses=None), "b.csv")
     # A quarter of a step late, the last rows are too far apart to be compared without it.
     common = ["--common-time"] if fault == "shift" else []
     for line in first_lines("compare", "a.csv", "b.csv", "--tolerance", "1e-4", *common):
-        assert said in line
+        assert sentence in line
 
 
 def test_whole_turns_are_the_cause_of_an_angle_that_one_side_wraps():
@@ -105,7 +105,7 @@ def test_whole_turns_are_the_cause_of_an_angle_that_one_side_wraps():
 
 
 CONTACT = r"the first impact, at 0.0109753 s \(upper left corner\), has"
-MODELS = {  # what the engine does to its scene, else to its result, and what is said of it, with a number
+MODELS = {  # the engine's change of its scene, else of its result, and the sentence on it, with a number
     "friction": ("friction", "coefficient", 0.153, "is 0.15 in reference and 0.153 in friction, 1.0200"),
     # Two colliding bodies alone: 1.92 / 1.9, the rod pulls on.
     "restitution": ("contact", "restitution", 0.92, f"{CONTACT} 1.008.* times the impulse in restitution"),
@@ -144,20 +144,20 @@ tolerance = 1e-4
 @pytest.mark.usefixtures("engines")
 @pytest.mark.parametrize("fault", MODELS)
 def test_the_fault_of_a_model_is_said_first(first_lines, tmp_path, fault):
-    said = MODELS[fault][-1]
+    sentence = MODELS[fault][-1]
     (tmp_path / "press.toml").write_text(PRESS)
     command = ("validate", "press.toml", "--models", f"reference,{fault}", "--quick", "--jobs", "1")
     junit, summary = tmp_path / "o" / "junit.xml", tmp_path / "o" / "summary.json"
     for line in (*first_lines(*command), junit.read_text("utf-8")):
-        assert re.search(said, line), line
+        assert re.search(sentence, line), line
     (cause,) = json.loads(summary.read_text("utf-8"))["scenes"][0]["causes"]
-    assert re.search(said, cause["sentence"])
+    assert re.search(sentence, cause["sentence"])
 
 
 def test_of_two_scenes_the_keys_that_differ_are_said_first_and_nothing_of_the_press_is_lost(
     run, first_lines, tmp_path
 ):
-    """Drawing, crank cycle and matched impacts are those of the first."""
+    """Drawing, crank cycle and matched impacts are those of the first scene."""
     write(run, "a.csv")
     changes = SHORT | {"friction.coefficient": 0.16}
     write(sixbar.simulate(sixbar.load_scene("150rpm-0.2mm", changes), model="reference"), "b.csv")
@@ -169,36 +169,36 @@ def test_of_two_scenes_the_keys_that_differ_are_said_first_and_nothing_of_the_pr
     )
 
 
-# ---- what is none
+# ---- no such faults
 
 
 def test_what_no_cause_explains_is_left_unexplained(run):
     """Chaos: a difference of the start that contacts amplify. Noise: of a thousandth of each scale."""
     scene = sixbar.load_scene("150rpm-0.2mm")
-    apart = {"initial.slider_offset": scene.data["initial"]["slider_offset"] + 1e-8}
-    long, other = (
+    shift = {"initial.slider_offset": scene.data["initial"]["slider_offset"] + 1e-8}
+    run_a, run_b = (
         sixbar.simulate(sixbar.load_scene("150rpm-0.2mm", changes), model="reference")
-        for changes in ({}, apart)
+        for changes in ({}, shift)
     )
-    other = replace(other, provenance={})  # in which the key stands
+    run_b = replace(run_b, provenance={})  # which has the changed key
     rng = np.random.default_rng(1)
     spread = run.frame.std() * 1e-3 * rng.uniform(0.2, 5.0, run.frame.shape[1])
-    noisy = run.frame + rng.normal(size=run.frame.shape) * spread.to_numpy()
-    noise = replace(run, frame=noisy.assign(time=run.frame["time"]))
-    again = sixbar.simulate(
+    values = run.frame + rng.normal(size=run.frame.shape) * spread.to_numpy()
+    noise = replace(run, frame=values.assign(time=run.frame["time"]))
+    repetition = sixbar.simulate(
         sixbar.load_scene("150rpm-0.2mm", SHORT | {"solver.reference.tolerance": 1e-9}), model="reference"
     )
     for pair, tolerance, verdict in (
-        ((long, other), 1e-3, "differ"),
+        ((run_a, run_b), 1e-3, "differ"),
         ((run, noise), 1e-4, "differ"),
-        ((run, again), 1e-3, "agree"),
+        ((run, repetition), 1e-3, "agree"),
     ):
         comparison = compare(*pair, tolerance=tolerance)
         assert (comparison.verdict, comparison.causes) == (verdict, ())
 
 
 def test_a_random_linear_change_is_named_and_measured_within_its_uncertainty():
-    """Two standard errors, of 20 blocks, hold in 94 of 100 cases: of 400 in 90 %, twice that in 99 %."""
+    """Two standard errors, of 20 blocks, hold in 94 of 100 cases: here in 90 % of 400, twice that in 99 %."""
     rng, time = np.random.default_rng(2), np.linspace(0.0, 1.0, 600)
     shares = []
     for n in range(400):
@@ -206,18 +206,18 @@ def test_a_random_linear_change_is_named_and_measured_within_its_uncertainty():
         signal = rng.uniform(0.0, 3.0) + (rng.normal(size=(3, 1)) * np.sin(tones)).sum(axis=0)
         size = float(rng.choice([-1, 1]) * 10.0 ** rng.uniform(-2, 1))
         scaled = bool(rng.integers(2))
-        changed = signal * (1 + size) if scaled else signal + size
-        noise = 0.02 * np.sqrt(np.mean((changed - signal) ** 2))
-        changed += noise * rng.normal(size=time.size)
-        found = fit(signal, changed, scaled=scaled, moved=not scaled)
-        right, value, error = size, found.offset, found.offset_error
+        variant = signal * (1 + size) if scaled else signal + size
+        noise = 0.02 * np.sqrt(np.mean((variant - signal) ** 2))
+        variant += noise * rng.normal(size=time.size)
+        estimate = fit(signal, variant, scaled=scaled, moved=not scaled)
+        truth, value, error = size, estimate.offset, estimate.offset_error
         if scaled:
-            right, value, error = 1 + size, found.ratio, found.ratio_error
-        shares.append(abs(value - right) / error)
+            truth, value, error = 1 + size, estimate.ratio, estimate.ratio_error
+        shares.append(abs(value - truth) / error)
         if n % 40 == 0:
-            pair = (Table(pd.DataFrame({"time": time, "slider_vx": each})) for each in (signal, changed))
+            pair = (Table(pd.DataFrame({"time": time, "slider_vx": each})) for each in (signal, variant))
             (cause,) = compare(*pair, tolerance=1e-3).causes
-            named = cause.kind, cause.channels, cause.value, cause.uncertainty
-            assert named == ("ratio" if scaled else "offset", ("slider_vx",), value, error)
+            result = cause.kind, cause.channels, cause.value, cause.uncertainty
+            assert result == ("ratio" if scaled else "offset", ("slider_vx",), value, error)
     assert np.mean(np.array(shares) <= 1.0) >= 0.9
     assert np.mean(np.array(shares) <= 2.0) >= 0.99

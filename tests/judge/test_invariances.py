@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from by_keywords import compare_recorded
-from judged_runs import CASES, changed_scene, compared, each, random_tables
+from judged_runs import CASES, alter, changed_scene, comparison_of, random_tables
 
 import sixbar
 from comparison.tables.table import Table
@@ -22,14 +22,14 @@ NUMBERS = (
 
 @cache
 def cases():
-    """Runs with their comparison, each made once."""
-    judged = [random_tables(seed) for seed in range(20)]
-    judged += [changed_scene(name, fault=fault) for name, fault in CASES]
-    return [(each, compared(each)) for each in judged]
+    """Pairs of runs with their comparisons, computed once."""
+    pairs = [random_tables(seed) for seed in range(20)]
+    pairs += [changed_scene(name, fault=fault) for name, fault in CASES]
+    return [(pair, comparison_of(pair)) for pair in pairs]
 
 
 def assert_equal(result, other, *, rel=0.0, besides=""):
-    """All numbers of two comparisons, but for rounding of a relative size."""
+    """Require equal numbers of two comparisons, up to rounding of a relative size."""
     assert (result.verdict, set(result.channels)) == (other.verdict, set(other.channels))
     assert result.coverage == pytest.approx(other.coverage, rel=rel, nan_ok=True)
     for name, channel in result.channels.items():
@@ -41,14 +41,14 @@ def assert_equal(result, other, *, rel=0.0, besides=""):
 
 
 def test_the_order_of_columns_does_not_matter():
-    for number, (judged, result) in enumerate(cases()):
+    for number, (pair, result) in enumerate(cases()):
         rng = np.random.default_rng(number)
 
-        def shuffled(table, rng=rng):
+        def shuffle(table, rng=rng):
             return replace(table, frame=table.frame[rng.permutation(list(table.frame))])
 
-        other = judged._replace(a=each(judged.a, shuffled), b=each(judged.b, shuffled))
-        second = compared(other, only=judged.a.base.channels)
+        other = pair._replace(a=alter(pair.a, shuffle), b=alter(pair.b, shuffle))
+        second = comparison_of(other, only=pair.a.base.channels)
         assert_equal(result, second)
         assert scene_reason(result) == scene_reason(second)
         assert str(result.shift) == str(second.shift)  # bit for bit, also where it is nan
@@ -58,16 +58,16 @@ def test_the_origin_of_time_does_not_matter():
     """Distances of times round with the offset's last digit, of 1e-12 s at most; a sample's is 3e-4 s."""
     offset = 4096.0
 
-    def late(table):
+    def postpone(table):
         events = table.events
         if events is not None and len(events):
             events = events.assign(start=events["start"] + offset, end=events["end"] + offset)
         return replace(table, frame=table.frame.assign(time=table.time + offset), events=events, pulses=None)
 
-    for judged, _ in cases():
-        without = {"scene": None, "period": judged.scene.period}
-        result = compared(judged, **without)
-        other = compared(judged._replace(a=each(judged.a, late), b=each(judged.b, late)), **without)
+    for pair, _ in cases():
+        options = {"scene": None, "period": pair.scene.period}
+        result = comparison_of(pair, **options)
+        other = comparison_of(pair._replace(a=alter(pair.a, postpone), b=alter(pair.b, postpone)), **options)
         assert_equal(result, other, rel=1e-7, besides="worst_time")
         for name, channel in other.channels.items():
             expected = pytest.approx(result.channels[name].worst_time + offset, abs=1e-9, nan_ok=True)
@@ -103,7 +103,7 @@ def test_late_times_that_two_programs_count_differently_are_the_same_grid(offset
     assert result.channels["slider_y"].max_difference == pytest.approx(2e-6, rel=1e-6)
     one = pd.DataFrame({"time": time, "x": np.sin(6 * steps), "z": np.cos(5 * steps)})
     shift = sixbar.compare(one, one.assign(z=one["z"] + 0.3 * (steps > 0.4)), tolerance=1e-3).shift
-    assert not shift.significant  # of a channel that jumps beside one that is the same
+    assert not shift.significant  # one channel jumps, the other is the same
 
 
 # Angles
@@ -112,14 +112,14 @@ def test_late_times_that_two_programs_count_differently_are_the_same_grid(offset
 TIME = np.arange(1001) * 4e-4
 
 
-def crank(error, turned, shape=9.0):
-    """A crank angle with an error, told as a program may tell it."""
+def crank(error, convention, shape=9.0):
+    """A crank angle with an error, in a program's convention."""
     angle = 2 * np.pi * TIME / 0.1 + error * np.sin(shape * TIME) + 1.0
     rate = np.full(TIME.size, 2 * np.pi / 0.1) + error * shape * np.cos(shape * TIME)
-    return Table(pd.DataFrame({"time": TIME, "crank_angle": turned(angle), "crank_speed": rate}))
+    return Table(pd.DataFrame({"time": TIME, "crank_angle": convention(angle), "crank_speed": rate}))
 
 
-TOLD = {
+CONVENTIONS = {
     "as it is": lambda angle: angle,
     "turns ahead": lambda angle: angle + 6 * np.pi,
     "within a turn": lambda angle: np.mod(angle, 2 * np.pi),
@@ -128,26 +128,26 @@ TOLD = {
 
 
 @cache
-def judged_angles(size, told="as it is", which=0):
-    """Of six runs, three of either program, one counts revolutions in another way than the others."""
-    ways = [TOLD[told if n == which else "as it is"] for n in range(6)]
+def compare_angles(size, convention="as it is", index=0):
+    """Compare six runs, three of either program, of which one counts revolutions in another way."""
+    conventions = [CONVENTIONS[convention if n == index else "as it is"] for n in range(6)]
     a, b = (
         ProgramRuns(
             *(crank(sign * error, way) for error, way in zip((1e-6, 2.5e-7, 4e-6), part, strict=True))
         )
-        for sign, part in ((1.0, ways[:3]), (size / 1e-6, ways[3:]))
+        for sign, part in ((1.0, conventions[:3]), (size / 1e-6, conventions[3:]))
     )
     return compare_recorded(a, b, scene=None, labels=("a", "b"), period=0.1)
 
 
 @pytest.mark.parametrize("size", [1e-6, 1.0])
-@pytest.mark.parametrize("which", range(6))
-@pytest.mark.parametrize("told", list(TOLD)[1:])
-def test_whole_revolutions_in_any_run_make_no_difference(told, which, size):
-    computed, plain = judged_angles(size, told, which), judged_angles(size)
-    assert (plain.verdict, plain.exit_code) == ("agree", 0 if size == 1e-6 else 3)  # predictable for 0.02 s
-    assert (computed.verdict, computed.until) == (plain.verdict, plain.until)
-    channel, other = computed.channels["crank_angle"], plain.channels["crank_angle"]
+@pytest.mark.parametrize("index", range(6))
+@pytest.mark.parametrize("convention", list(CONVENTIONS)[1:])
+def test_whole_revolutions_in_any_run_make_no_difference(convention, index, size):
+    result, base = compare_angles(size, convention, index), compare_angles(size)
+    assert (base.verdict, base.exit_code) == ("agree", 0 if size == 1e-6 else 3)  # predictable for 0.02 s
+    assert (result.verdict, result.until) == (base.verdict, base.until)
+    channel, other = result.channels["crank_angle"], base.channels["crank_angle"]
     # Angles up to 45 rad round at 7e-15, of differences of 1e-6.
     np.testing.assert_allclose(channel.difference, other.difference, rtol=0, atol=5e-14)
     np.testing.assert_allclose(channel.u, other.u, rtol=1e-6)
@@ -156,21 +156,21 @@ def test_whole_revolutions_in_any_run_make_no_difference(told, which, size):
 
 @pytest.mark.parametrize("seed", range(6))
 def test_the_stated_errors_are_those_of_tables_with_fewer_samples(seed):
-    """On every second and every fourth row of the files themselves."""
-    judged = random_tables(seed) if seed else changed_scene("soft")
+    """The tables have every second and every fourth row of the files."""
+    pair = random_tables(seed) if seed else changed_scene("soft")
 
-    def thinned(every):
+    def thin(every):
         def part(table):
             return replace(table, frame=table.frame.iloc[::every].reset_index(drop=True))
 
-        written = judged._replace(a=each(judged.a, part), b=each(judged.b, part))
-        return compared(written, scene=None, period=judged.scene.period)
+        thin_pair = pair._replace(a=alter(pair.a, part), b=alter(pair.b, part))
+        return comparison_of(thin_pair, scene=None, period=pair.scene.period)
 
-    result, half, quarter = map(thinned, (1, 2, 4))
+    result, half, fourth = map(thin, (1, 2, 4))
 
     def error(name, key):
-        fine, two, four = (getattr(of.channels[name] if name else of, key) for of in (result, half, quarter))
-        return 3 * max(abs(two - fine), abs(four - fine) / 2)
+        one, two, four = (getattr(run.channels[name] if name else run, key) for run in (result, half, fourth))
+        return 3 * max(abs(two - one), abs(four - one) / 2)
 
     for name, channel in result.channels.items():
         assert channel.coverage_error == pytest.approx(error(name, "coverage"), rel=1e-12, abs=1e-15)

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 import second_judge
 from by_keywords import compare
-from judged_runs import CASES, changed_scene, compared, frames, random_tables
+from judged_runs import CASES, changed_scene, comparison_of, frames, random_tables
 
 from comparison.accuracy.levels import thresholds
 from comparison.accuracy.uncertainty import Runs
@@ -16,9 +16,9 @@ from comparison.tables.channels import channels
 from comparison.verdict.channel import Criteria, Samples, compare_channel
 from comparison.verdict.compare import scene_verdict
 
-EXACT = ("verdict", "outside")
-# Numbers that both make of the same few operations in another order.
-ROUNDED = (
+EXACT_KEYS = ("verdict", "outside")
+# Numbers of the same few operations in another order.
+ROUNDED_KEYS = (
     "coverage", "explained", "worst_time", "worst_difference", "worst_threshold", "max_difference",
     "rms_difference", "scale",
 )  # fmt: skip
@@ -28,9 +28,9 @@ def assert_same(result, channels):
     assert set(result.channels) == set(channels)
     for name, second in channels.items():
         channel = result.channels[name]
-        for key in EXACT:
+        for key in EXACT_KEYS:
             assert getattr(channel, key) == getattr(second, key), (name, key)
-        for key in ROUNDED:
+        for key in ROUNDED_KEYS:
             expected = pytest.approx(getattr(second, key), rel=1e-12, abs=0, nan_ok=True)
             assert getattr(channel, key) == expected, (name, key)
         for key in ("max", "rms"):
@@ -42,16 +42,16 @@ def assert_same(result, channels):
             np.testing.assert_array_equal(channel.predictable, second.predictable)
 
 
-def second(judged):
-    refined = judged.a.refinement, judged.b.refinement
-    return second_judge.judge(frames(judged.a), frames(judged.b), judged.scene.data, judged.tier, refined)
+def second_opinion(pair):
+    refinements = pair.a.refinement, pair.b.refinement
+    return second_judge.judge(frames(pair.a), frames(pair.b), pair.scene.data, pair.tier, refinements)
 
 
 def test_random_tables_are_judged_alike_in_every_branch():
     verdicts = Counter()
     for seed in range(60):
-        judged = random_tables(seed)
-        result, other = compared(judged), second(judged)
+        pair = random_tables(seed)
+        result, other = comparison_of(pair), second_opinion(pair)
         assert_same(result, other.channels)
         assert result.verdict == other.verdict, seed
         assert result.coverage == pytest.approx(other.coverage, rel=1e-12)
@@ -69,18 +69,18 @@ def test_random_tables_are_judged_alike_in_every_branch():
 def test_random_tables_are_judged_alike_by_a_tolerance(share):
     verdicts = Counter()
     for seed in range(26):
-        judged = random_tables(seed)
-        a, b = judged.a.base, judged.b.base
+        pair = random_tables(seed)
+        a, b = pair.a.base, pair.b.base
         tolerance = 10 ** np.random.default_rng(seed).uniform(-5, 0)
-        pair = (Runs(a), Runs(b))
-        result = compare(*pair, scene=judged.scene, tolerance=tolerance, share=share, only=a.channels)
+        runs = (Runs(a), Runs(b))
+        result = compare(*runs, scene=pair.scene, tolerance=tolerance, share=share, only=a.channels)
         other = {}
         for name in a.channels:
             values = a.values(name)
-            scale = second_judge.scale_of(name, judged.scene.data, values.min(), values.max())  # the first's
-            allowed = np.full(a.time.size, tolerance * scale)
+            scale = second_judge.scale_of(name, pair.scene.data, values.min(), values.max())  # the first's
+            threshold = np.full(a.time.size, tolerance * scale)
             other[name] = second_judge.judge_channel(
-                name, a.time, values, b.values(name), scale, allowed, share
+                name, a.time, values, b.values(name), scale, threshold, share
             )
         assert_same(result, other)
         verdicts += Counter(channel.verdict for channel in result.channels.values())
@@ -96,8 +96,8 @@ def assert_same_impacts(result, expected):
 
 @pytest.mark.parametrize(("name", "fault"), CASES)
 def test_changed_scenes_and_their_impacts_are_judged_alike(name, fault):
-    judged = changed_scene(name, fault=fault)
-    result, other = compared(judged), second(judged)
+    pair = changed_scene(name, fault=fault)
+    result, other = comparison_of(pair), second_opinion(pair)
     assert_same(result, other.channels)
     assert (result.verdict, result.coverage) == (other.verdict, pytest.approx(other.coverage, rel=1e-12))
     assert (result.verdict == "differ") == bool(fault)
@@ -107,31 +107,29 @@ def test_changed_scenes_and_their_impacts_are_judged_alike(name, fault):
     within = [second_judge.begins_in(events, result.time, masks) for events in (a, b)]
     for part, of in (("all", (None, None)), ("predictable", within)):
         assert len(result.impacts[part].pairs) >= 5
-        assert_same_impacts(
-            result.impacts[part], second_judge.impacts(a, b, WINDOW * judged.scene.period, *of)
-        )
+        assert_same_impacts(result.impacts[part], second_judge.impacts(a, b, WINDOW * pair.scene.period, *of))
 
 
 @pytest.mark.parametrize("seed", range(40))
 def test_the_impacts_of_random_tables_are_compared_alike(seed):
-    """Starts on a grid of eighths, many of them equally near, and at places that one table lacks."""
+    """Starts lie on a grid of eighths, many of them equally near; one table may lack their place."""
     rng = np.random.default_rng(seed)
 
     def events(places):
         count = int(rng.integers(0, 30))
         rows = pd.DataFrame({"corner": rng.choice(places, count), "start": rng.integers(0, 120, count) / 8})
         rows = rows.drop_duplicates().reset_index(drop=True)
-        drawn = {name: rng.exponential(size=len(rows)) for name in ("normal_speed", "impulse", "peak_force")}
-        return rows.assign(**drawn)
+        values = {name: rng.exponential(size=len(rows)) for name in ("normal_speed", "impulse", "peak_force")}
+        return rows.assign(**values)
 
     a, b = events(["ll", "ur", "pin"]), events(["ll", "ur", "lr"])
     window = rng.choice([0.125, 0.25, 1.0])
     time = np.linspace(0, 15, 41)
     masks = {place: rng.random(41) < 0.7 for place in ("ll", "ur", "lr")}
-    within = [second_judge.begins_in(of, time, masks) for of in (a, b)]
-    masked = begin_where(a, time, masks), begin_where(b, time, masks)
+    within = [second_judge.begins_in(table, time, masks) for table in (a, b)]
+    starts = begin_where(a, time, masks), begin_where(b, time, masks)
     assert_same_impacts(compare_impacts(a, b, window), second_judge.impacts(a, b, window))
-    assert_same_impacts(compare_impacts(a, b, window, masked), second_judge.impacts(a, b, window, *within))
+    assert_same_impacts(compare_impacts(a, b, window, starts), second_judge.impacts(a, b, window, *within))
 
 
 @pytest.mark.parametrize(

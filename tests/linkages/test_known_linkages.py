@@ -1,4 +1,4 @@
-"""Both models on linkages whose motion is published or has a closed form, and what both refuse."""
+"""Both models on linkages whose motion is published or has a closed form, and scenes that both refuse."""
 
 import importlib
 import math
@@ -33,7 +33,7 @@ def load(tmp_path):
 
 @pytest.fixture
 def run(load):
-    """Return a function that simulates what ``load`` gives, at a setting of the model."""
+    """Return a function that simulates a mapping of ``load`` at a setting of the model."""
 
     def run(model, setting, source, changes=None, status="success"):
         data = load(source, {SETTING[model]: setting} | (changes or {}))
@@ -51,7 +51,7 @@ def require_second_order(model, steps, errors):
 
 
 # Angles of the squeezer at 0.03 s, rad: beta, theta, gamma, phi, delta, omega, epsilon
-ENDED = (15.81077119629904, -15.75637105984298, 0.04082224013073101, -0.5347301163226948, 0.5244099658805304,
+ANGLES = (15.81077119629904, -15.75637105984298, 0.04082224013073101, -0.5347301163226948, 0.5244099658805304,
          0.5347301163226948, 1.048080741042263)  # fmt: skip
 SQUEEZER = {
     "reference_model": {1e-12: 1e-8, 1e-10: 1e-7, 1e-7: 1e-4},
@@ -61,8 +61,8 @@ SQUEEZER = {
 
 @EACH
 def test_the_squeezer_ends_where_the_test_set_for_ivp_solvers_does(model, run):
-    beta, theta, gamma, phi, delta, omega, epsilon = ENDED
-    absolute = np.array([beta, beta + theta, gamma, phi + delta, delta, omega + epsilon, epsilon])
+    beta, theta, gamma, phi, delta, omega, epsilon = ANGLES
+    angles = np.array([beta, beta + theta, gamma, phi + delta, delta, omega + epsilon, epsilon])
     errors = []
     for setting, bound in SQUEEZER[model].items():
         columns = run(model, setting, "squeezer", {"output.samples": 100}).columns
@@ -70,7 +70,7 @@ def test_the_squeezer_ends_where_the_test_set_for_ivp_solvers_does(model, run):
         np.testing.assert_allclose(
             first, [14222.4439199541, 14222.4439199541 - 10666.83293996558], rtol=1e-11
         )
-        errors.append(np.abs([columns[f"K{k}.angle"][-1] for k in range(1, 8)] - absolute).max())
+        errors.append(np.abs([columns[f"K{k}.angle"][-1] for k in range(1, 8)] - angles).max())
         assert errors[-1] < bound
     require_second_order(model, [*SQUEEZER[model]], errors)
 
@@ -84,7 +84,7 @@ LOOSE_BOB = {
 
 
 @pytest.mark.parametrize(
-    ("model", "setting", "residual", "beside"),
+    ("model", "setting", "residual", "clearance"),
     [
         ("reference_model", 1e-6, 1e-3, {}),
         ("reference_model", 1e-12, 1e-9, LOOSE_BOB),
@@ -92,19 +92,19 @@ LOOSE_BOB = {
         ("exudyn_model", 1e-4, 3e-4, LOOSE_BOB),
     ],
 )
-def test_the_double_four_bar_ends_where_its_rods_lie_down(model, setting, residual, beside, run):
-    """IFToMM's A02: until then it moves as one body, whose energy gives the time."""
+def test_the_double_four_bar_ends_where_its_rods_lie_down(model, setting, residual, clearance, run):
+    """IFToMM's A02 moves as one body until then; its energy gives the time."""
     changes = {"output.duration": 1.0, "output.samples": 100, "output.groups": ["contacts", "energy"]}
     inertia, moment = 3.0 / 3.0 + 2.0, 3.0 / 2.0 + 2.0
-    fallen, _ = quad(lambda x: (1 + 2 * G * moment / inertia * (1 - math.cos(x))) ** -0.5, 0, math.pi / 2)
-    result = run(model, setting, "double-four-bar", changes | beside, "singular")
+    duration, _ = quad(lambda x: (1 + 2 * G * moment / inertia * (1 - math.cos(x))) ** -0.5, 0, math.pi / 2)
+    result = run(model, setting, "double-four-bar", changes | clearance, "singular")
     at = float(result.remedy.split("t = ")[1].split(" s:")[0])
-    assert at == pytest.approx(fallen, abs=2e-4)
+    assert at == pytest.approx(duration, abs=2e-4)
     assert f"{at:.3f}" == "0.714"
     assert result.columns["time"][-1] == pytest.approx(0.71)
     assert result.extrema["left.angle"]["time_of_min"] <= at + 1.1e-4
     assert np.abs(result.columns["energy_residual"]).max() < residual
-    assert (len(result.events["start"]) > 3) == bool(beside)
+    assert (len(result.events["start"]) > 3) == bool(clearance)
     assert (result.events["start"] <= at).all()
 
 
@@ -122,21 +122,21 @@ output = { groups = [], duration = 5.0, samples = 100 }
     [("reference_model", [1e-10, 1e-6], 2e-7), ("exudyn_model", [1e-4, 2e-4, 4e-4], 1e-6)],
 )
 def test_a_pendulum_swings_by_the_elliptic_functions(model, settings, bound, run):
-    amplitude, inertia, turned = 2.0, 0.1 + 2.0 * 0.4**2, math.atan2(0.32, -0.24) + math.pi / 2
+    amplitude, inertia, offset = 2.0, 0.1 + 2.0 * 0.4**2, math.atan2(0.32, -0.24) + math.pi / 2
     k, w = math.sin(amplitude / 2.0), math.sqrt(2.0 * G * 0.4 / inertia)
     errors = []
     for setting in reversed(settings):
-        start = {"initial.arm": {"angle_deg": math.degrees(amplitude - turned)}}
+        start = {"initial.arm": {"angle_deg": math.degrees(amplitude - offset)}}
         result = run(model, setting, PENDULUM, start)
         columns = result.columns
         sn, *_ = ellipj(w * columns["time"] + ellipk(k * k), k * k)
         angle = 2.0 * np.arcsin(k * sn)
-        errors.append(np.abs(columns["arm.angle"] - angle + turned).max())
+        errors.append(np.abs(columns["arm.angle"] - angle + offset).max())
     require_second_order(model, settings[::-1], errors)
     assert errors[-1] < bound
     # The largest rate and angle lie between the samples
     assert abs(result.extrema["arm.omega"]["max"] - 2.0 * k * w) < 2e-6 + 10.0 * bound
-    assert abs(result.extrema["arm.angle"]["min"] + amplitude + turned) < 1e-6 + bound
+    assert abs(result.extrema["arm.angle"]["min"] + amplitude + offset) < 1e-6 + bound
 
 
 DOUBLE_PENDULUM = """
@@ -155,7 +155,7 @@ output = { groups = ["accelerations", "joints", "energy"], duration = 0.5, sampl
 
 
 def test_a_start_with_two_freedoms_is_completed_from_values_of_any_body(run, load):
-    """Against the minimal program; the spring pulls beside a centroid."""
+    """The minimal program is exact; the spring pulls beside a centroid."""
     exact, *_ = solve(load(DOUBLE_PENDULUM))
     for model, setting, bound in (("reference_model", 1e-10, 1e-7), ("exudyn_model", 1e-4, 1e-5)):
         columns = run(model, setting, DOUBLE_PENDULUM).columns
@@ -181,7 +181,7 @@ output = { groups = ["energy"], duration = 6.0, samples = 100 }
     [("reference_model", 1e-11, "[90.001, -0.3],", 1e-9), ("exudyn_model", 1e-4, "", 1e-6)],
 )
 def test_a_table_of_torque_does_the_work_under_it(model, setting, jump, bound, omega, run):
-    """Over several turns, with corners and perhaps a jump: kinetic energy is that and the start's."""
+    """The kinetic energy is that work and the start's, over several turns, corners and perhaps a jump."""
     degrees, torques = np.array(
         [[0.0, 0.2], [90.0, 1.0], *[[90.001, -0.3]] * bool(jump), [200.0, -0.3], [360.0, 0.2]]
     ).T
@@ -190,9 +190,9 @@ def test_a_table_of_torque_does_the_work_under_it(model, setting, jump, bound, o
     work = make_interp_spline(grid, np.tile(torques[:-1], 16), k=1).antiderivative()
     angle = columns["rotor.angle"]
     assert np.ptp(angle) > 2.0 * math.pi
-    done = work(angle) - work(angle[:1])
-    np.testing.assert_allclose(columns["energy_drive"], done, atol=bound, rtol=0)
-    np.testing.assert_allclose(0.5 * 0.2 * columns["rotor.omega"] ** 2, 0.9 + done, atol=bound, rtol=0)
+    energy = work(angle) - work(angle[:1])
+    np.testing.assert_allclose(columns["energy_drive"], energy, atol=bound, rtol=0)
+    np.testing.assert_allclose(0.5 * 0.2 * columns["rotor.omega"] ** 2, 0.9 + energy, atol=bound, rtol=0)
 
 
 QUICK_RETURN = """
@@ -213,7 +213,7 @@ output = { groups = ["accelerations", "joints", "energy"], samples_per_cycle = 1
 
 @pytest.mark.parametrize(("model", "setting"), [("reference_model", 1e-10), ("exudyn_model", 4e-6)])
 def test_a_block_is_followed_5_mm_beside_its_rocker_s_pivot(model, setting, run):
-    """With forces of which the start says nothing."""
+    """The start tells nothing of the forces on the way."""
     columns = run(model, setting, QUICK_RETURN).columns
     crank = math.radians(10.0) - 3 * math.pi * columns["time"]
     rocker = np.unwrap(np.arctan2(0.08 * np.sin(crank) + 0.085, 0.08 * np.cos(crank)))
@@ -242,7 +242,7 @@ def test_a_prescribed_motion_knows_its_work_past_a_sharp_force(run):
 
 @pytest.mark.parametrize(("model", "setting"), [("reference_model", 1e-10), ("exudyn_model", 1e-6)])
 def test_contacts_that_are_closed_at_the_start_begin_there(model, setting, run):
-    """On the wall and moving in: two corners at once, and a journal."""
+    """Two corners at once and a journal start on their walls and move in."""
     changes = {
         "clearance.G.offset": 1e-3, "clearance.G.offset_rate": 0.4, "output.duration": 5e-4,
         "clearance.A": {"size": 2e-4, "offset": [0.0, 2e-4], "offset_rate": [0.0, 0.3]},
@@ -294,8 +294,8 @@ def test_two_free_bodies_in_contact_keep_their_momenta_and_their_energy(model, s
     # The trapezoidal rule keeps a moment of momentum to second order in the step
     np.testing.assert_allclose(spin, spin[0], rtol=0, atol=1e-9)
     energy = columns["energy_kinetic"]
-    lost = columns["energy_damping"] + columns["energy_friction"]
-    np.testing.assert_allclose(energy[0] - energy - columns["energy_contact"], lost, atol=1e-5 * energy[0])
+    loss = columns["energy_damping"] + columns["energy_friction"]
+    np.testing.assert_allclose(energy[0] - energy - columns["energy_contact"], loss, atol=1e-5 * energy[0])
     assert columns["energy_friction"][-1] > 1e-3 * energy[0]
 
 
@@ -311,9 +311,9 @@ def test_without_rates_what_is_given_rests_and_the_rates_of_clearances_count(mod
 @EACH
 def test_channels_come_by_groups_and_the_plan_is_of_the_run(model, load):
     simulate = importlib.import_module(model).simulate
-    few = {"drive.cycles": 0.02, "output.samples_per_cycle": 500}
+    span = {"drive.cycles": 0.02, "output.samples_per_cycle": 500}
     for group in ("accelerations", "contacts", "joints", "energy"):
-        data = load("slider-crank-driven", few | {"output.groups": [group]})
+        data = load("slider-crank-driven", span | {"output.groups": [group]})
         result = simulate(data)
         assert next(iter(result.columns)) == "time"
         assert {*result.columns} == {"time", *expected(data)}
@@ -332,8 +332,8 @@ def test_channels_come_by_groups_and_the_plan_is_of_the_run(model, load):
 
 FREE = {"drive": {"free": True}, "output": {"groups": [], "duration": 1.0, "samples": 10}}
 BAR, CRANK = "four-bar", "slider-crank-driven"
-REFUSED = [
-    # A shipped linkage, changes of keys, tables in the place of its own, and what both models say
+REFUSALS = [
+    # A shipped linkage, changes of keys, tables in the place of its own, and both models' message
     (BAR, {}, {"initial": {"crank": {"angle_deg": 60.0, "omega": 1.0}}},
      r"^initial: .*needs 1 position and 0 rates.* 1 position and 1 rate"),
     (BAR, {}, {"initial": {"coupler": {"angle_deg": 20.0}}}, r"^initial: .* 2 positions and 0 rates"),
@@ -349,7 +349,7 @@ REFUSED = [
      r"^initial: the .* do not determine"),
 ]  # fmt: skip
 REFERENCE = {"tolerance": 1e-9, "method": "dop853"}
-OWN = [
+KEYS = [
     ("reference_model", REFERENCE | {"tolerance": 1e-15}, "must be at least"),
     ("reference_model", REFERENCE | {"method": "BDF"}, "method = 'BDF'"),
     ("reference_model", REFERENCE | {"formulation": "minimal"}, "formulation = 'minimal'"),
@@ -361,8 +361,8 @@ OWN = [
 @pytest.mark.parametrize(
     ("model", "source", "changes", "tables", "words"),
     [
-        *((model, *case) for case in REFUSED for model in SETTING),
-        *((model, BAR, {}, {"solver": {model.partition("_")[0]: keys}}, words) for model, keys, words in OWN),
+        *((model, *case) for case in REFUSALS for model in SETTING),
+        *((model, BAR, {}, {"solver": {model.partition("_")[0]: keys}}, text) for model, keys, text in KEYS),
     ],
 )
 def test_a_linkage_is_refused_in_one_line_by_run_check_and_plan(model, source, changes, tables, words, load):

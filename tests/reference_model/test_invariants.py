@@ -1,4 +1,4 @@
-"""What no correct run can show: each invariant is broken once."""
+"""Invariants of every correct run: each is broken once."""
 
 import numpy as np
 import pytest
@@ -20,16 +20,16 @@ TWO = [row(0, 0.1, 0.3), row(2, 0.2, 0.4)]
 THREE = [row(1, 0.1, 0.2), row(1, 0.2, 0.3), row(2, 0.15, 0.25)]
 
 
-def broken(p, worst=None, events=(), drift=None):
+def violation(p, worst=None, events=(), drift=None):
     rows = records(Event, len(events))
-    for row, given_ in zip(rows, events, strict=True):
-        for name, value in given_.items():
+    for row, values in zip(rows, events, strict=True):
+        for name, value in values.items():
             row[name] = value
     return invariants.violation(invariants.check(p, worst or {}, rows, drift)).partition(":")[0]
 
 
 @pytest.mark.parametrize(
-    ("changes", "shown", "name"),
+    ("changes", "evidence", "name"),
     [
         ({}, {"worst": FORCE}, ""),
         ({}, {"worst": FORCE | {"pull": (0.1, 0.2, 2)}}, "pull"),
@@ -46,7 +46,7 @@ def broken(p, worst=None, events=(), drift=None):
         ({}, {"events": TWO}, ""),
         ({}, {"events": THREE}, ""),
         ({}, {"events": [*THREE, row(2, 0.2, 0.4)]}, "overlap"),
-        # What is inside its wall at t = 0 may leave, and was not at its wall.
+        # A corner inside its wall at t = 0 may leave, and was not at its wall.
         *(
             ({}, {"events": [row(3, start, 0.4, **fault)]}, name if start else "")
             for start in (0.0, 0.3)
@@ -58,8 +58,8 @@ def broken(p, worst=None, events=(), drift=None):
         ),
     ],
 )
-def test_each_bound(scene, changes, shown, name):
-    assert broken(read_parameters(scene(changes)), **shown) == name
+def test_a_broken_bound_is_named(scene, changes, evidence, name):
+    assert violation(read_parameters(scene(changes)), **evidence) == name
 
 
 def test_what_a_clipped_wall_loses_is_accounted_for(scene):
@@ -68,9 +68,9 @@ def test_what_a_clipped_wall_loses_is_accounted_for(scene):
     The corner leaves freely, so that no error of the motion bounds the steps over which the loss of what the
     wall stores is integrated: 3e-9 of it is missing, and was 2e-4 with longer steps.
     """
-    inside = {"drive.speed_rpm": 12.0, "drive.cycles": 0.01, "clearance.slider": 1e-5}
-    inside |= {"initial.slider_offset": -1.6e-5, "contact.youngs_modulus": 3e12}
-    inside |= {"contact.corner_radius": 0.6, "environment.gravity": 60.0, "friction.coefficient": 1.3}
-    result = simulate(scene(inside))
+    changes = {"drive.speed_rpm": 12.0, "drive.cycles": 0.01, "clearance.slider": 1e-5}
+    changes |= {"initial.slider_offset": -1.6e-5, "contact.youngs_modulus": 3e12}
+    changes |= {"contact.corner_radius": 0.6, "environment.gravity": 60.0, "friction.coefficient": 1.3}
+    result = simulate(scene(changes))
     assert result.status == "success"
     assert result.provenance["invariants"]["energy"]["value"] < 3e-7

@@ -1,4 +1,4 @@
-"""What nine values of a function tell of its zeros; a step that is absurd is not accepted."""
+"""Nine values of a function classify its zeros; a step with absurd stages is not accepted."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from reference_model.events import ABSCISSAE, BELOW, CROSSES, SETTLED, UNCLEAR
 
 
 @kernel
-def classified(values, starting):
+def classify(values, starting):
     return events.classify(values, starting)
 
 
@@ -27,18 +27,18 @@ def norm(h, k, free, tolerance):
         (lambda x: (x - 0.3) * (x - 0.6), False, {UNCLEAR}),
         (lambda x: np.sin(40.0 * x) + 1.5, False, {UNCLEAR}),  # nine points cannot tell
         (lambda x: (x - 0.4142) ** 2 - 1e-9, False, {UNCLEAR}),
-        # What starts wrong and turns right has not ended, unless it is not the start.
+        # A wrong sign that turns right is settled at a start alone.
         (lambda x: x - 1e-3, True, {SETTLED}),
         (lambda x: x - 1e-3, False, {CROSSES, BELOW, UNCLEAR}),
     ],
 )
-def test_classes(function, starting, expected):
-    assert classified(function(ABSCISSAE), starting) in expected
+def test_nine_values_classify_a_function(function, starting, expected):
+    assert classify(function(ABSCISSAE), starting) in expected
 
 
 @pytest.mark.parametrize("stage", [0, 5, 11])
 def test_a_step_whose_stages_are_absurd_is_never_accepted(stage):
-    """In a stiff contact they grew until their squares were infinite, and an error over infinity was 0."""
+    """Stages in a stiff contact grew until their squares were infinite; an error over infinity was 0."""
     k = np.zeros((dop853.ROWS, 4))
     assert norm(1e-6, k, 4, 1e-10) == 0.0
     for size in (*np.geomspace(1e3, 1e300, 100), np.inf, np.nan):

@@ -19,14 +19,14 @@ PIN = {"joints.crank_pin": "clearance"}
 
 @pytest.fixture
 def run(scene):
-    """Simulate the paper's press with dotted keys replaced, of which all runs succeed."""
+    """Simulate the paper's press with dotted keys replaced; every run must succeed."""
 
-    def simulated(*changes):
+    def simulate_press(*changes):
         result = simulate(scene({key: value for part in changes for key, value in part.items()}))
         assert result.status == "success", result.remedy
         return result
 
-    return simulated
+    return simulate_press
 
 
 def test_what_a_step_is_not_certain_of_is_met_by_the_next_one(run):
@@ -34,22 +34,22 @@ def test_what_a_step_is_not_certain_of_is_met_by_the_next_one(run):
 
     Taken whole, the step went on with the friction of the wrong speed, which drove the pin.
     """
-    rolling = {"mechanism.crank_angle_deg": 300.1272168723498, "drive.speed_rpm": -269.45821244429305}
-    rolling |= {"drive.cycles": 1.4, "initial.slider_offset": -4.2755923669826294e-05}
-    rolling |= {"initial.slider_angle": 0.0006960075339710039, "clearance.slider": 0.00010866430751602273}
-    rolling |= {"clearance.crank_pin": 5.653914398386387e-05, "contact.youngs_modulus": 2104527271.3435643}
-    rolling |= {"contact.poisson": 0.19700947594894763, "contact.restitution": 0.9075010876285426}
-    rolling |= {"contact.corner_radius": 0.001846716329960792, "friction.coefficient": 0.7798187884448144}
-    invariants = run(PIN, rolling, {TOLERANCE: 1e-11}).provenance["invariants"]
+    changes = {"mechanism.crank_angle_deg": 300.1272168723498, "drive.speed_rpm": -269.45821244429305}
+    changes |= {"drive.cycles": 1.4, "initial.slider_offset": -4.2755923669826294e-05}
+    changes |= {"initial.slider_angle": 0.0006960075339710039, "clearance.slider": 0.00010866430751602273}
+    changes |= {"clearance.crank_pin": 5.653914398386387e-05, "contact.youngs_modulus": 2104527271.3435643}
+    changes |= {"contact.poisson": 0.19700947594894763, "contact.restitution": 0.9075010876285426}
+    changes |= {"contact.corner_radius": 0.001846716329960792, "friction.coefficient": 0.7798187884448144}
+    invariants = run(PIN, changes, {TOLERANCE: 1e-11}).provenance["invariants"]
     assert invariants["driving-friction"]["value"] <= invariants["driving-friction"]["bound"]
 
 
 def test_friction_of_a_soft_side_goes_on_to_the_regime_that_its_own_slip_enters(run):
     """Two of these starts stopped in chatter where the corner's slip told which regime comes next."""
-    soft = {"contact.youngs_modulus": 1.5e6, "contact.poisson": 0.17, "clearance.slider": 9.5e-4}
-    soft |= {"contact.restitution": 0.53, "friction.coefficient": 0.63, TOLERANCE: 1e-10}
+    changes = {"contact.youngs_modulus": 1.5e6, "contact.poisson": 0.17, "clearance.slider": 9.5e-4}
+    changes |= {"contact.restitution": 0.53, "friction.coefficient": 0.63, TOLERANCE: 1e-10}
     for angle in -1.4e-3 + 2e-5 * np.arange(20):
-        run(FOUNDATION, soft, {"initial.slider_angle": float(angle), "drive.cycles": 1.0})
+        run(FOUNDATION, changes, {"initial.slider_angle": float(angle), "drive.cycles": 1.0})
 
 
 TABLE = {"load.table": [[0.0, 0.0], [1e-3, 500.0], [1.2e-3, 50.0], [2e-3, 50.0]]}
@@ -58,7 +58,7 @@ GROUPS = {"output.groups": ["accelerations", "corners", "joints", "energy"]}
 
 @pytest.mark.parametrize("name", EACH)
 def test_the_balance_of_energy_closes_with_a_load_to_1e_8_joule(run, name):
-    """At strict tolerance. With steps over the kinks 1e-9 J are left, and of a prescribed motion 0.2 J."""
+    """Steps over the kinks would leave 1e-9 J at strict tolerance, and of a prescribed motion 0.2 J."""
     columns = run(EACH[name], TABLE, GROUPS, {TOLERANCE: 1e-14, "drive.cycles": 1.0}).columns
     assert np.abs(columns["energy_residual"]).max() <= 1e-8
     assert 0.3 < columns["energy_load"].max() < 1.0
@@ -67,14 +67,14 @@ def test_the_balance_of_energy_closes_with_a_load_to_1e_8_joule(run, name):
 
 def test_the_ideal_mechanism_s_extrema_are_those_at_the_kinks(run):
     """The force of a table is largest at its second row, between two marks; within 1e-6 s by 0.2 N."""
-    few = run(EACH["ideal"], TABLE, GROUPS, {"drive.cycles": 1.0, "output.samples_per_cycle": 1000})
-    extremum = few.extrema["reaction_F_y"]
+    result = run(EACH["ideal"], TABLE, GROUPS, {"drive.cycles": 1.0, "output.samples_per_cycle": 1000})
+    extremum = result.extrema["reaction_F_y"]
     # Two degrees around it, 900 degrees a second
-    near = {"mechanism.crank_angle_deg": 111.36 + 900.0 * extremum["time_of_min"] - 1.0}
-    near |= {"drive.cycles": 2.0 / 360.0, "output.samples_per_cycle": 400_000}
-    least = run(EACH["ideal"], TABLE, GROUPS, near).columns["reaction_F_y"].min()
+    window = {"mechanism.crank_angle_deg": 111.36 + 900.0 * extremum["time_of_min"] - 1.0}
+    window |= {"drive.cycles": 2.0 / 360.0, "output.samples_per_cycle": 400_000}
+    least = run(EACH["ideal"], TABLE, GROUPS, window).columns["reaction_F_y"].min()
     assert extremum["min"] == pytest.approx(least, abs=0.2)
-    assert few.columns["reaction_F_y"].min() > least + 1.0
+    assert result.columns["reaction_F_y"].min() > least + 1.0
 
 
 @pytest.mark.parametrize(
@@ -89,47 +89,47 @@ def test_the_ideal_mechanism_s_extrema_are_those_at_the_kinks(run):
     ],
 )
 def test_scenes_outside_the_model_are_refused_in_one_line(scene, changes, message):
-    with pytest.raises(ValueError, match=message) as caught:
+    with pytest.raises(ValueError, match=message) as error:
         simulate(scene(changes))
-    assert "\n" not in str(caught.value)
-    assert METHOD not in changes or all(f"'{name}'" in str(caught.value) for name in SCIPY_METHODS)
+    assert "\n" not in str(error.value)
+    assert METHOD not in changes or all(f"'{name}'" in str(error.value) for name in SCIPY_METHODS)
 
 
 def test_a_corner_pressed_deep_into_a_wall_is_stiff_and_an_implicit_method_integrates_it(run):
     """A start wedged at 0.5 rad, at rest: the damping counts by the floor of the impact speed, 1e-4 m/s."""
-    wedged = {"initial.slider_offset": 0.0, "initial.slider_angle": 0.5, "drive.cycles": 0.02}
-    implicit = run(wedged, {METHOD: "LSODA"})
-    assert implicit.provenance["counters"]["steps"] < 1000
+    wedge = {"initial.slider_offset": 0.0, "initial.slider_angle": 0.5, "drive.cycles": 0.02}
+    result = run(wedge, {METHOD: "LSODA"})
+    assert result.provenance["counters"]["steps"] < 1000
     # It creeps out of the wedge: both corners are still inside, and less deep.
-    angle = implicit.columns["slider_angle"]
+    angle = result.columns["slider_angle"]
     assert np.all(np.diff(angle) < 0.0)
     assert angle[-1] > 0.1
 
 
 @pytest.mark.parametrize("name", EACH)
 def test_what_is_asked_for_beyond_the_motion_does_not_change_it(run, name):
-    """Motion, its extrema and the contacts, where nothing else is computed and where everything is."""
-    few, all_ = (run(EACH[name], {"drive.cycles": 0.1}, of) for of in ({"output.groups": []}, GROUPS))
-    assert len(few.columns) == 7
+    """Motion, its extrema and the contacts are the same without all other channels and with them."""
+    part, full = (run(EACH[name], {"drive.cycles": 0.1}, group) for group in ({"output.groups": []}, GROUPS))
+    assert len(part.columns) == 7
     # Of the ideal mechanism the terms have another order: rounding of 0.55 m and some m/s.
-    for channel, values in few.columns.items():
-        np.testing.assert_allclose(values, all_.columns[channel], rtol=0, atol=1e-14)
-    for channel, values in few.extrema.items():
+    for channel, values in part.columns.items():
+        np.testing.assert_allclose(values, full.columns[channel], rtol=0, atol=1e-14)
+    for channel, values in part.extrema.items():
         for end in ("min", "max"):
-            assert values[end] == pytest.approx(all_.extrema[channel][end], rel=0, abs=1e-14)
-    for column, values in few.events.items():
-        np.testing.assert_array_equal(values, all_.events[column])
+            assert values[end] == pytest.approx(full.extrema[channel][end], rel=0, abs=1e-14)
+    for column, values in part.events.items():
+        np.testing.assert_array_equal(values, full.events[column])
 
 
 @pytest.mark.parametrize("gain", [0.0, 3.0])
 def test_baumgarte_bounds_the_drift(run, gain):
-    """Without it Phi grows, with the time or its square; with it after 1 / alpha it does so no longer."""
+    """Without its terms Phi grows, with the time or its square; with them it stops after 1 / alpha."""
     gains = {"solver.reference.baumgarte_alpha": gain, "solver.reference.baumgarte_beta": gain}
-    usual = EACH["multiplier ideal"] | gains | {METHOD: "BDF", TOLERANCE: 1e-8, "output.groups": []}
-    results = [run(usual, {"drive.cycles": cycles}) for cycles in (4.0, 16.0)]
-    early, late = (result.provenance["constraints"]["position"] for result in results)
-    assert (late < 1.3 * early) == (gain > 0.0)
-    assert gain > 0.0 or 4.0 < late / early < 32.0
+    common = EACH["multiplier ideal"] | gains | {METHOD: "BDF", TOLERANCE: 1e-8, "output.groups": []}
+    results = [run(common, {"drive.cycles": cycles}) for cycles in (4.0, 16.0)]
+    early_drift, late_drift = (result.provenance["constraints"]["position"] for result in results)
+    assert (late_drift < 1.3 * early_drift) == (gain > 0.0)
+    assert gain > 0.0 or 4.0 < late_drift / early_drift < 32.0
 
 
 def test_a_flight_is_integrated_in_few_steps(run):
@@ -170,11 +170,11 @@ def test_modes_that_hand_over_to_each_other_do_not_hang(run):
 
 @pytest.mark.parametrize("method", SCIPY_METHODS)
 def test_scipy_s_solvers_start_anew_at_the_kinks_of_a_load(run, method):
-    """Their errors, 1e-10 m, magnified by the contacts of half a cycle."""
-    short = ADAMS | TABLE | {TOLERANCE: 1e-10, "drive.cycles": 0.1, "load.surface": 0.17}
-    usual, computed = (run(short, of).columns for of in ({}, {METHOD: method}))
-    np.testing.assert_allclose(computed["slider_x"], usual["slider_x"], rtol=0, atol=1e-7)
-    assert usual["slider_y"].min() < 0.17 - 2e-3
+    """The contacts of half a cycle magnify their errors, 1e-10 m."""
+    changes = ADAMS | TABLE | {TOLERANCE: 1e-10, "drive.cycles": 0.1, "load.surface": 0.17}
+    reference, columns = (run(changes, of).columns for of in ({}, {METHOD: method}))
+    np.testing.assert_allclose(columns["slider_x"], reference["slider_x"], rtol=0, atol=1e-7)
+    assert reference["slider_y"].min() < 0.17 - 2e-3
 
 
 # The peak of this program: that of `resource` has the peak of the process which started it.
@@ -214,4 +214,4 @@ def test_ten_thousand_cycles_fit_into_a_gigabyte(scene):
 )
 def test_no_contact_is_missed(draws, judge):
     """A small share of the runs of `benchmarks/corner_depths.py`."""
-    assert {draw.number: computed for draw in draws if (computed := judge(draw)).too_deep} == {}
+    assert {draw.number: result for draw in draws if (result := judge(draw)).too_deep} == {}

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from bouncing_press import half_sines, make_scene, stretched
+from bouncing_press import half_sines, make_scene, stretch
 from outline import Outline, page, words
 
 from comparison.accuracy.uncertainty import Runs
@@ -222,11 +222,11 @@ def test_a_figure_says_what_is_beyond_and_what_is_not_predictable_in_bounded_spa
         assert (">not predictable<" in drawing) == (channel.coverage < 1.0)
     # At most 800 vertices a model and for the threshold and 400 for the difference, 25 bytes each, are 70 kB;
     # 400 stretches of shade in both axes, 300 bytes each, 240 kB.
-    assert len(channel_figure(scene, stretched(scene.channels["slider_x"], 200), "k")) < 320e3
+    assert len(channel_figure(scene, stretch(scene.channels["slider_x"], 200), "k")) < 320e3
 
 
 def test_a_long_run_keeps_its_peaks_in_bounded_space(scene):
-    channel = stretched(scene.channels[FORCE], 40)
+    channel = stretch(scene.channels[FORCE], 40)
     n = channel.time.size
     channel.a[n // 2 + 7] = channel.b[n // 2 + 7] = 1e4  # a contact of one sample, in both models alike
     long_scene = replace(scene, time=channel.time, channels={FORCE: channel})

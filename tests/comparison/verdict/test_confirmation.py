@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from by_keywords import compare_recorded
-from fake_ensemble import COARSE, LATE, LOCAL, MODELS, Fake, narrow, wide
+from fake_ensemble import COARSE, LOCAL, MODELS, ONSET, Fake, narrow, wide
 
 from comparison.accuracy.levels import tight
 from comparison.accuracy.refine import levels
@@ -20,7 +20,7 @@ from comparison.verdict.confirmation import ENOUGH_MEMBERS, moved_starts, starti
 from comparison.verdict.linkage import linkage_pair, moved_states
 from comparison.verdict.recorded import ProgramRuns
 
-SINCE = pytest.approx(LATE * 0.8, abs=0.01)
+SINCE = pytest.approx(ONSET * 0.8, abs=0.01)
 TIME = np.arange(401) * 2e-3
 
 
@@ -54,7 +54,7 @@ def test_an_underestimated_uncertainty_is_taken_back_and_called_so(fake):
     assert 1e-4 / 2.5e-7 / 2 < confirmation.factor < 2 * 1e-4 / 1.5e-7
     # The corrected uncertainty is in the channels, and holds only where it was wrong.
     x, old = after.channels["slider_x"], before.channels["slider_x"]
-    late, early = x.time > LATE * 0.8 + 0.02, x.time < LATE * 0.8 - 0.02
+    late, early = x.time > ONSET * 0.8 + 0.02, x.time < ONSET * 0.8 - 0.02
     assert np.all(x.u[late] > 10 * old.u[late])
     np.testing.assert_array_equal(x.u[early], old.u[early])
 

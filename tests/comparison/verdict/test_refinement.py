@@ -142,7 +142,7 @@ def test_against_a_model_without_settings_five_bodies_alone_are_refined(fault, v
     options = {"scene": scene, "models": models, "run": model.run, "run_families": families}
     result = settle(before, runs, **options).comparison
     assert result.verdict == verdict
-    assert result.confirmation is None or result.confirmation.doubt is Doubt.TOLERANCE
+    assert (result.confirmation and result.confirmation.doubt) == (Doubt.TOLERANCE if fault else None)
     assert [step for step, _ in model.settings] == [STEP, STEP / 2, STEP / 4, STEP / 8][: 4 if fault else 2]
 
 
