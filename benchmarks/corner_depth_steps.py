@@ -57,8 +57,8 @@ STATE_BOUND = 1e6
 """m, rad, m/s, rad/s; outside it a run is meaningless, which the reference detects a few steps later."""
 
 OUTSIDE, TOUCHING, CLOSED = 0, 1, 2
-"""Rows of the depths: of open contacts the depth in the wall, in the step that their touch ends by itself
-(there it is the error of the touch's location); of closed contacts the distance from the wall."""
+"""Rows of the depths: the depth of open contacts in the wall; the same in the step that ends at their touch,
+where it is the error of the touch's location; the distance of closed contacts from the wall."""
 VIOLATIONS, WORST, TIME, CONTACT = 0, 1, 2, 3
 """Columns: steps outside the bound, the largest (m), its time (s) and its contact."""
 

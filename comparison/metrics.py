@@ -239,9 +239,9 @@ SITUATIONS = {
 }
 """The paper's four contact situations of the slider (Sec. 2, Fig. 3); opposite: at both walls at once."""
 
-PULSE_POINTS = 20  # of a pulse at least; a monotone spline joins fewer noted ones
-PULSE_PEAK = 0.01  # relative distance of a pulse's peak from that of the event table at most
-_MIN_POINTS = 5  # points that a model must have noted of a contact, its peak among them
+PULSE_POINTS = 20  # fewest points of a pulse; a monotone spline joins fewer
+PULSE_PEAK = 0.01  # largest relative distance of a pulse's peak from that of the event table
+_MIN_POINTS = 5  # fewest points that a model records of a contact, its peak among them
 
 
 @dataclass(frozen=True)

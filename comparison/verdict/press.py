@@ -1,6 +1,6 @@
 """Causes of a difference in the physics of the press: friction, gravity, an impact, a missing contact.
 
-They show before the motions of two models part, or in each model by itself; afterwards everything differs.
+A cause shows before the motions of two models part, or in a single run; once they part everything differs.
 Results without the channels or events of the press have none of these causes.
 """
 

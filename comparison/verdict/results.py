@@ -324,8 +324,8 @@ class Attribution:
     # Share of the difference that remains with the run of "a", "b" or "both" refined
     remaining: dict[str, float] = field(default_factory=dict)
     refinements: tuple[Refinement, ...] = ()  # of both models, where both can be refined
-    # Of the unpredictable samples of indeterminate channels, the share by the u of "a" alone, of "b" alone,
-    # of "each" by itself, of the two only "together"
+    # Shares of the unpredictable samples of indeterminate channels where u of "a" alone is too large, u of
+    # "b" alone, "each" of the two, or only both "together"
     unpredictable: dict[str, float] = field(default_factory=dict)
     outside_from: float = nan  # first judged sample outside the band or the tolerance, s, and its channel
     outside_in: str = ""
