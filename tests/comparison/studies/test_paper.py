@@ -240,6 +240,18 @@ def test_a_range_of_the_first_cycle_alone_is_told_from_a_lasting_one(world):
     assert rows.loc["F14e-vy2", ["transient", "later"]].tolist() == pytest.approx([0.0, LASTING])
 
 
+def test_the_angle_of_the_top_dead_centre_is_that_between_two_samples(world):
+    fakes, later = world[0], 0.3  # of an interval after the start
+    ideal = fakes.ideal[CENTRAL, "reference"]
+    angle = 2 * np.pi * (np.arange(2 * DENSE + 1) - later) / DENSE
+    frame = ideal.frame.assign(slider_y=np.cos(angle), slider_vy=-np.sin(angle))
+    fakes = dataclasses.replace(fakes, ideal={(CENTRAL, "reference"): Table(frame)})
+    angle = runs.measure("S2.2-tdc", fakes, "reference", {}).value
+    start = load_scene(CENTRAL).data["mechanism"]["crank_angle_deg"]
+    # A line through sines at both neighbours is off by a sixth of the squared interval, 1.6e-4.
+    assert angle - start == pytest.approx(360 * later / DENSE, rel=2e-4)
+
+
 def test_printed_instants_are_tested_as_they_are_and_a_period_earlier(world):
     _, draws, entries, _ = world
     row, scene = "F12-300-v", "300rpm-0.2mm"
