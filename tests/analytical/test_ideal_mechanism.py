@@ -75,3 +75,9 @@ def test_slider_crank_follows_its_closed_form(model, bounds, speed):
     assert result.status == "success", result.remedy
     for name, exact in closed_form(scene, result.columns["time"]).items():
         assert np.abs(result.columns[name] - exact).max() < bounds[name], name
+    dense = np.linspace(0.0, result.columns["time"][-1], 100_001)
+    for name, exact in closed_form(scene, dense).items():
+        for end, at in (("min", exact.argmin()), ("max", exact.argmax())):
+            # Parabolas through the models' own times err by 4.2e-8 of the range and 2e-6 s, measured.
+            assert result.extrema[name][end] == pytest.approx(exact[at], abs=1e-7 * np.ptp(exact)), name
+            assert result.extrema[name][f"time_of_{end}"] == pytest.approx(dense[at], abs=5e-6), name
