@@ -79,8 +79,8 @@ class WorkPrecision:
     exact: TimedRun | None  # most accurate run: of the reference where it has one
     confirming: TimedRun | None  # that of the other model, or the second one of the same where that has none
     u: Array  # uncertainty of the motion itself, m, shape (n,); empty without two runs
-    neighbours: int = 0  # runs from neighbouring starts that count in it
-    interrupted: bool = False
+    neighbours: int  # runs from neighbouring starts that count in it
+    interrupted: bool
 
     @property
     def confirmed(self) -> bool:
